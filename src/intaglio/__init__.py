@@ -1,0 +1,44 @@
+"""From scan to plate: illustrative volume visualization."""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+__version__ = "0.1.0"
+
+if TYPE_CHECKING:
+    from intaglio.camera import Camera as Camera
+    from intaglio.drawing import Drawing as Drawing, Image as Image
+    from intaglio.errors import InputError as InputError
+    from intaglio.gbuffer import GBuffer as GBuffer
+    from intaglio.lighting import Light as Light, Material as Material
+    from intaglio.mesh import TriangleMesh as TriangleMesh
+    from intaglio.volume import Volume as Volume
+
+# Public name -> module. Loaded on first use, so that `import intaglio` is quick.
+_PUBLIC = {
+    "Camera": "camera",
+    "Drawing": "drawing",
+    "GBuffer": "gbuffer",
+    "Image": "drawing",
+    "InputError": "errors",
+    "Light": "lighting",
+    "Material": "lighting",
+    "TriangleMesh": "mesh",
+    "Volume": "volume",
+}
+
+__all__ = sorted(_PUBLIC)  # noqa: PLE0605
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _PUBLIC:
+        raise AttributeError(f"module 'intaglio' has no attribute {name!r}")
+    value = getattr(importlib.import_module(f"intaglio.{_PUBLIC[name]}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted([*globals(), *_PUBLIC])

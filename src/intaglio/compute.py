@@ -1,0 +1,149 @@
+"""Kernels, tiles and threads: the one place that knows numba and the thread pool."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import shutil
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor, as_completed
+from contextlib import contextmanager
+from functools import cache
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numba
+import numba.core.event as numba_event
+
+from intaglio.errors import InputError
+
+Progress = Callable[[int, int], None]
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+FASTMATH = {"contract", "reassoc", "arcp", "nsz"}
+
+
+@cache
+def _cache_folder() -> str:
+    """A folder for compiled kernels that changes with the package's source.
+
+    numba looks only at the file a kernel stands in, not at the helpers that it inlines from others.
+    """
+    package = Path(__file__).parent
+    stamp = hashlib.sha256(numba.__version__.encode())
+    for source in sorted(package.rglob("*.py")):
+        info = source.stat()
+        stamp.update(f"{source}{info.st_size}{info.st_mtime_ns}".encode())
+    root = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "intaglio" / "kernels"
+    folder = root / stamp.hexdigest()[:16]
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        folder.touch()
+        for old in sorted(root.iterdir(), key=lambda f: f.stat().st_mtime)[:-8]:
+            shutil.rmtree(old, ignore_errors=True)
+    except OSError:
+        return ""
+    return str(folder)
+
+
+def _jit(function: Function, **options: Any) -> Function:
+    folder = _cache_folder()
+    before = numba.config.CACHE_DIR
+    numba.config.CACHE_DIR = folder or before
+    try:
+        return numba.njit(nogil=True, cache=bool(folder), error_model="numpy", fastmath=FASTMATH, **options)(function)  # type: ignore[no-any-return]
+    finally:
+        numba.config.CACHE_DIR = before
+
+
+def kernel(function: Function) -> Function:
+    """Compile a function of arrays and numbers: no interpreter lock, cached on disk, vectorizable float arithmetic."""
+    return _jit(function)
+
+
+def helper(function: Function) -> Function:
+    """Compile a small function that kernels call; LLVM inlines it, so that the caller's loops can vectorize."""
+    return _jit(function, forceinline=True)
+
+
+class _CompileListener(numba_event.Listener):  # type: ignore[misc]
+    def __init__(self, announce: Callable[[], None]) -> None:
+        self.announce: Callable[[], None] | None = announce
+
+    def on_start(self, event: Any) -> None:
+        announce, self.announce = self.announce, None
+        if announce:
+            announce()
+
+    def on_end(self, event: Any) -> None:
+        pass
+
+
+@contextmanager
+def announcing_compilation(announce: Callable[[], None]) -> Iterator[None]:
+    """Call `announce` once if anything has to be compiled inside; loading from the cache does not count."""
+    with numba_event.install_listener("numba:compile", _CompileListener(announce)):
+        yield
+
+
+def thread_count() -> int:
+    """Threads that `tiles` uses: INTAGLIO_THREADS, else the cores this process may run on."""
+    text = os.environ.get("INTAGLIO_THREADS", "")
+    if not text:
+        return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    if not text.isdigit() or int(text) < 1:
+        raise InputError(f"INTAGLIO_THREADS must be a positive number, not {text!r}")
+    return int(text)
+
+
+@cache
+def _pool(threads: int) -> ThreadPoolExecutor:
+    return ThreadPoolExecutor(threads, thread_name_prefix="intaglio")
+
+
+def each(function: Callable[..., Any], jobs: list[tuple[Any, ...]], *, progress: Progress | None = None) -> None:
+    """Call function(*job) for every job on the thread pool, in any order; jobs must write to disjoint places.
+
+    progress(done, total) is called from this thread; an exception from it, or Ctrl-C, drops the jobs that
+    have not begun, waits for those that have, and is raised.
+    """
+    total = len(jobs)
+    threads = thread_count()
+    if progress:
+        progress(0, total)
+    if threads == 1 or total <= 1:
+        for done, job in enumerate(jobs):
+            function(*job)
+            if progress:
+                progress(done + 1, total)
+        return
+    pool = _pool(threads)
+    futures: list[Future[Any]] = [pool.submit(function, *job) for job in jobs]
+    try:
+        for done, future in enumerate(as_completed(futures)):
+            future.result()
+            if progress:
+                progress(done + 1, total)
+    except BaseException:
+        for future in futures:
+            future.cancel()
+        for future in futures:
+            if not future.cancelled():
+                future.exception()
+        raise
+
+
+def tiles(function: Callable[..., Any], shape: tuple[int, int], *args: Any, tile: int = 32, progress: Progress | None = None) -> None:
+    """Call function(y0, y1, x0, x1, *args) for every tile of a (height, width) image on the thread pool."""
+    height, width = shape
+    jobs = [
+        (y, min(y + tile, height), x, min(x + tile, width), *args)
+        for y in range(0, height, tile)
+        for x in range(0, width, tile)
+    ]
+    each(function, jobs, progress=progress)
+
+
+def strips(function: Callable[..., Any], length: int, *args: Any, size: int = 1, progress: Progress | None = None) -> None:
+    """Call function(begin, end, *args) for every strip of a range on the thread pool."""
+    each(function, [(i, min(i + size, length), *args) for i in range(0, length, size)], progress=progress)

@@ -1,0 +1,69 @@
+"""GBuffer: what the ink techniques know of a surface, per pixel of its first hit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from intaglio.camera import Camera
+
+Buffer = NDArray[np.float32]
+
+
+@dataclass(frozen=True, eq=False)
+class GBuffer:
+    """The seam between what makes surfaces and what draws them; every array is (height, width, ...) float32.
+
+    depth           mm along the camera's forward; inf where nothing was hit
+    normal          (.., 3) world, unit, outwards; 0 where nothing was hit
+    curvature       (.., 2) principal curvatures, k1 >= k2, 1/mm, positive where convex
+    direction       (.., 3) world, unit: direction of k1 (that of k2 is normal x direction)
+    view_curvature  normal curvature along the projected view direction, 1/mm
+    light           (.., 3) ambient, diffuse and specular
+    edge            (.., 2) where depth jumps between this pixel's centre and the next one's, to the right
+                    [0] and below [1]: the part of the way, 0..1, at which it does; NaN where it does not
+    """
+
+    camera: Camera
+    depth: Buffer
+    normal: Buffer
+    curvature: Buffer
+    direction: Buffer
+    view_curvature: Buffer
+    light: Buffer
+    edge: Buffer
+
+    @classmethod
+    def empty(cls, camera: Camera) -> GBuffer:
+        """Nothing hit anywhere: what a source starts from."""
+        w, h = camera.size
+        zeros = lambda *n: np.zeros((h, w, *n), dtype=np.float32)  # noqa: E731
+        return cls(
+            camera=camera,
+            depth=np.full((h, w), np.inf, dtype=np.float32),
+            normal=zeros(3),
+            curvature=zeros(2),
+            direction=zeros(3),
+            view_curvature=zeros(),
+            light=zeros(3),
+            edge=np.full((h, w, 2), np.nan, dtype=np.float32),
+        )
+
+    @cached_property
+    def mask(self) -> NDArray[np.bool_]:
+        """Where the surface is."""
+        return np.isfinite(self.depth)
+
+    @cached_property
+    def brightness(self) -> Buffer:
+        """Sum of the light's parts, at most 1; 1 where there is only paper."""
+        return np.where(self.mask, np.minimum(self.light.sum(axis=2), 1.0), 1.0).astype(np.float32)
+
+    @cached_property
+    def pixel_mm(self) -> Buffer:
+        """Side of the square that a pixel covers on a plane facing the camera at its depth, in mm; 0 outside."""
+        scale = self.depth if self.camera.projection == "perspective" else np.ones_like(self.depth)
+        return np.where(self.mask, scale * self.camera.pixel, 0.0).astype(np.float32)

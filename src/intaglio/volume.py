@@ -1,0 +1,87 @@
+"""Volume: a scan, a distance field or a label map on a regular grid."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from intaglio.errors import InputError
+
+
+@dataclass(frozen=True, eq=False)
+class Volume:
+    """Samples at voxel centres of a regular grid, placed in the patient.
+
+    array             (z, y, x), any integer, float or bool type, native byte order; kept as it is
+    world_from_index  4x4 float64; takes the index (x, y, z) of a voxel centre to RAS+ millimetres
+    name              what messages and plates call it
+    notes             what the reader had to assume or choose, one sentence each
+    """
+
+    array: NDArray[Any]
+    world_from_index: NDArray[np.float64]
+    name: str = "volume"
+    notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.array, np.ndarray) or self.array.ndim != 3:
+            raise InputError(f"{self.name}: array must have three dimensions (z, y, x), not {np.shape(self.array)}")
+        if min(self.array.shape) < 2:
+            raise InputError(f"{self.name}: needs at least 2 voxels along each axis, not {self.array.shape} (z, y, x)")
+        if self.array.dtype.kind not in "biuf":
+            raise InputError(f"{self.name}: voxels must be bool, integer or float, not {self.array.dtype}")
+        matrix = np.asarray(self.world_from_index, dtype=np.float64)
+        if matrix.shape != (4, 4) or not np.isfinite(matrix).all() or abs(np.linalg.det(matrix)) < 1e-12:
+            raise InputError(f"{self.name}: world_from_index must be an invertible 4x4 matrix, not {matrix.tolist()}")
+        object.__setattr__(self, "world_from_index", matrix)
+
+    @classmethod
+    def from_array(
+        cls,
+        array: NDArray[Any],
+        spacing: ArrayLike = (1.0, 1.0, 1.0),
+        origin: ArrayLike = (0.0, 0.0, 0.0),
+        name: str = "volume",
+    ) -> Volume:
+        """A volume whose axes x, y, z run to the right, anterior and superior.
+
+        array (z, y, x); spacing and origin (x, y, z) in mm, origin being the centre of the first voxel.
+        """
+        step = np.broadcast_to(np.asarray(spacing, dtype=np.float64), (3,))
+        if not (np.isfinite(step).all() and (step > 0).all()):
+            raise InputError(f"{name}: spacing must be three positive numbers in mm, not {tuple(step.tolist())}")
+        matrix = np.diag([*step, 1.0])
+        matrix[:3, 3] = origin
+        return cls(array, matrix, name)
+
+    @property
+    def shape(self) -> tuple[int, int, int]:
+        """Voxels along (z, y, x)."""
+        z, y, x = self.array.shape
+        return z, y, x
+
+    @cached_property
+    def index_from_world(self) -> NDArray[np.float64]:
+        """4x4, from RAS+ millimetres to the index (x, y, z)."""
+        return np.linalg.inv(self.world_from_index)
+
+    @cached_property
+    def spacing(self) -> NDArray[np.float64]:
+        """Distance in mm of neighbouring voxels along the array's x, y and z."""
+        return np.linalg.norm(self.world_from_index[:3, :3], axis=0)
+
+    @cached_property
+    def range(self) -> tuple[float, float]:
+        """Smallest and largest value."""
+        return float(self.array.min()), float(self.array.max())
+
+    @cached_property
+    def corners(self) -> NDArray[np.float64]:
+        """(8, 3) world positions of the outermost voxel centres."""
+        z, y, x = self.shape
+        index = np.array([(i, j, k, 1.0) for k in (0, z - 1) for j in (0, y - 1) for i in (0, x - 1)])
+        return (index @ self.world_from_index.T)[:, :3]

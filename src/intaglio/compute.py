@@ -14,6 +14,7 @@ from typing import Any, TypeVar
 
 import numba
 import numba.core.event as numba_event
+import numpy as np
 
 from intaglio.errors import InputError
 
@@ -147,3 +148,10 @@ def tiles(function: Callable[..., Any], shape: tuple[int, int], *args: Any, tile
 def strips(function: Callable[..., Any], length: int, *args: Any, size: int = 1, progress: Progress | None = None) -> None:
     """Call function(begin, end, *args) for every strip of a range on the thread pool."""
     each(function, [(i, min(i + size, length), *args) for i in range(0, length, size)], progress=progress)
+
+
+def frozen(array: Any) -> Any:
+    """A contiguous read-only view: one numba type, so one compilation, for every array of a dtype and dimension."""
+    view = np.ascontiguousarray(array).view()
+    view.flags.writeable = False
+    return view

@@ -1,0 +1,69 @@
+"""Min-max blocks: which parts of a volume can hold a surface."""
+
+from __future__ import annotations
+
+from typing import Any
+from weakref import WeakKeyDictionary
+
+import numpy as np
+from numpy.typing import NDArray
+
+from intaglio.compute import Progress, frozen, kernel, strips
+from intaglio.volume import Volume
+
+BLOCK = 8
+
+_blocks: WeakKeyDictionary[Volume, tuple[NDArray[Any], NDArray[Any]]] = WeakKeyDictionary()
+
+
+@kernel
+def _min_max(begin, end, voxels, low, high):  # type: ignore[no-untyped-def]
+    nz, ny, nx = voxels.shape
+    for bz in range(begin, end):
+        for by in range(low.shape[1]):
+            for z in range(bz * BLOCK, min(bz * BLOCK + BLOCK + 1, nz)):
+                for y in range(by * BLOCK, min(by * BLOCK + BLOCK + 1, ny)):
+                    row = voxels[z, y]
+                    for bx in range(low.shape[2]):
+                        first = bx * BLOCK
+                        a = row[first]
+                        b = a
+                        for x in range(first + 1, min(first + BLOCK + 1, nx)):
+                            a = min(a, row[x])
+                            b = max(b, row[x])
+                        if z == bz * BLOCK and y == by * BLOCK:
+                            low[bz, by, bx] = a
+                            high[bz, by, bx] = b
+                        else:
+                            low[bz, by, bx] = min(low[bz, by, bx], a)
+                            high[bz, by, bx] = max(high[bz, by, bx], b)
+
+
+def min_max_blocks(volume: Volume, progress: Progress | None = None) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Smallest and largest voxel of each block of 8 x 8 x 8 cells, (z, y, x); kept as long as the volume lives.
+
+    A cell has its eight voxels at the corners, so neighbouring blocks share a layer of voxels.
+    """
+    if volume not in _blocks:
+        z, y, x = (max(1, -(-(n - 1) // BLOCK)) for n in volume.shape)
+        low = np.empty((z, y, x), dtype=volume.array.dtype)
+        high = np.empty_like(low)
+        strips(_min_max, z, frozen(volume.array), low, high, progress=progress)
+        _blocks[volume] = (low, high)
+    return _blocks[volume]
+
+
+def surface_blocks(volume: Volume, iso: float) -> NDArray[np.bool_]:
+    """The blocks through which the surface of an isovalue can pass."""
+    low, high = min_max_blocks(volume)
+    return (low < iso) & (high >= iso)
+
+
+def surface_corners(volume: Volume, blocks: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """(8 n, 3) world corners of blocks: what a camera must see of the surface."""
+    z, y, x = np.nonzero(blocks)
+    first = np.stack([x, y, z], axis=1) * BLOCK
+    last = np.minimum(first + BLOCK, np.array(volume.shape[::-1]) - 1)
+    pick = np.array([(i, j, k) for k in (0, 1) for j in (0, 1) for i in (0, 1)], dtype=bool)
+    index = np.where(pick[None], last[:, None], first[:, None]).reshape(-1, 3)
+    return index @ volume.world_from_index[:3, :3].T + volume.world_from_index[:3, 3]

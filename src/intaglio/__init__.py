@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from intaglio.drawing import Drawing as Drawing, Image as Image
     from intaglio.errors import InputError as InputError
     from intaglio.gbuffer import GBuffer as GBuffer
+    from intaglio.io.volumes import read_volume as read_volume
     from intaglio.lighting import Light as Light, Material as Material
     from intaglio.mesh import TriangleMesh as TriangleMesh
     from intaglio.volume import Volume as Volume
@@ -27,6 +28,7 @@ _PUBLIC = {
     "Material": "lighting",
     "TriangleMesh": "mesh",
     "Volume": "volume",
+    "read_volume": "io.volumes",
 }
 
 __all__ = sorted(_PUBLIC)  # noqa: PLE0605

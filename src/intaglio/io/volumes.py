@@ -1,0 +1,125 @@
+"""read_volume: any scan, placed in the patient."""
+
+from __future__ import annotations
+
+import math
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from intaglio.errors import InputError
+from intaglio.io.dicom import read_dicom
+from intaglio.io.itk import Matrix
+from intaglio.io.limits import check_index, check_spacing
+from intaglio.io.nifti import read_nifti
+from intaglio.io.raw import Raw, read_raw
+from intaglio.io.stack import SUFFIXES, read_pages, read_stack, slices_in
+from intaglio.io.text_header import read_with_text_header
+from intaglio.volume import Volume
+
+if TYPE_CHECKING:
+    from intaglio.compute import Progress
+
+KINDS = ".nii .nii.gz .nrrd .nhdr .mha .mhd .dcm .tif .tiff .raw .raw.gz, a folder of DICOM, TIFF or PNG slices"
+
+
+def _read(
+    path: Path, raw: Raw | None, series: str | int | None, index: int | None, progress: Progress | None
+) -> tuple[NDArray[Any], Matrix, list[str]]:
+    """One reader for each kind of file."""
+    name = path.name.lower()
+    if raw is not None:
+        check_index(path.name, 1, index)
+        return read_raw(path, raw, progress=progress)
+    if path.is_dir():
+        check_index(path.name, 1, index)
+        return read_stack(path, progress=progress) if slices_in(path) else read_dicom(path, series=series, progress=progress)
+    if path.stat().st_size == 0:
+        raise InputError(f"{path.name}: is empty; get the file again")
+    if name.endswith((".nii", ".nii.gz")):
+        return read_nifti(path, index=index, progress=progress)
+    if name.endswith((".nrrd", ".nhdr", ".mha", ".mhd")):
+        return read_with_text_header(path, index=index)
+    if name.endswith(SUFFIXES):
+        return read_pages(path, index=index)
+    if name.endswith((".raw", ".raw.gz")):
+        raise InputError(f"{path.name}: raw voxels need raw=((x, y, z), dtype, spacing)")
+    if name.endswith((".dcm", ".ima", ".dicom")) or _is_dicom(path):
+        check_index(path.name, 1, index)
+        return read_dicom(path, series=series, progress=progress)
+    raise InputError(f"{path.name}: kind must be one of {KINDS}; not {path.suffix or 'a file without extension'!r}")
+
+
+def _is_dicom(path: Path) -> bool:
+    with path.open("rb") as file:
+        return file.read(132)[128:] == b"DICM"
+
+
+def _finite(name: str, array: NDArray[Any], fill: float | None) -> NDArray[Any]:
+    """The array with NaN and infinite voxels replaced by fill."""
+    if array.dtype.kind != "f":
+        return array
+    bad = sum(int(plane.size - np.count_nonzero(np.isfinite(plane))) for plane in array)
+    if bad and fill is None:
+        raise InputError(f"{name}: {bad} voxels are NaN or infinite; replace them with fill=VALUE (command line: --fill VALUE)")
+    if bad:
+        for plane in array:
+            plane[~np.isfinite(plane)] = fill
+    return array
+
+
+def _respaced(name: str, matrix: Matrix, spacing: ArrayLike) -> Matrix:
+    try:
+        step = [float(s) for s in np.broadcast_to(np.asarray(spacing, dtype=np.float64), (3,))]
+    except (TypeError, ValueError):
+        raise InputError(f"{name}: spacing must be three positive numbers in mm, not {spacing!r}") from None
+    check_spacing(name, step)
+    matrix = matrix.copy()
+    matrix[:3, :3] *= step / np.linalg.norm(matrix[:3, :3], axis=0)
+    return matrix
+
+
+def read_volume(
+    path: str | os.PathLike[str],
+    *,
+    raw: Raw | None = None,
+    spacing: ArrayLike | None = None,
+    fill: float | None = None,
+    series: str | int | None = None,
+    index: int | None = None,
+    progress: Progress | None = None,
+) -> Volume:
+    """A volume from a file or a folder, in RAS+ mm, its voxels in their own type.
+
+    path      NIfTI, NRRD, MetaImage, a multi-page TIFF, raw voxels (also gzipped), a DICOM folder (searched
+              recursively) or one .dcm file of a series, a folder of numbered .tif, .tiff or .png slices
+    raw       ((x, y, z), dtype, spacing) for files without a header: number of voxels, a numpy type with
+              byte order such as ">u2", and mm
+    spacing   (x, y, z) in mm, or one number, in place of what the file says
+    fill      the value for voxels that are NaN or infinite
+    series    which DICOM series: its uid, or its number from 1 in the listing that the error gives
+    index     which volume of a 4-D file, from 0
+    progress  called with slices done and in all
+
+    What had to be assumed is in the volume's notes. The array may be read-only.
+    Raises InputError for anything that is not one whole volume of finite numbers.
+    """
+    path = Path(path)
+    if fill is not None and not math.isfinite(fill):
+        raise InputError(f"fill must be a finite number, not {fill!r}")
+    try:
+        exists = path.exists()
+        array, matrix, notes = _read(path, raw, series, index, progress) if exists else (None, None, [])
+    except PermissionError as error:
+        raise InputError(f"{path.name}: cannot be read ({error.strerror}); check its permissions") from None
+    if array is None or matrix is None:
+        raise InputError(f"{path}: no such file or folder; check the path")
+    name = path.resolve().name
+    array = _finite(name, array, fill)
+    if spacing is not None:
+        matrix = _respaced(name, matrix, spacing)
+        notes = [note for note in notes if "mm assumed" not in note]
+    return Volume(array, matrix, name, tuple(notes))

@@ -52,18 +52,22 @@ class Camera:
     projection: Projection = "orthographic"
 
     def __post_init__(self) -> None:
-        width, height = self.size
-        if not (int(width) == width and int(height) == height and 1 <= width <= 32768 and 1 <= height <= 32768):
-            raise InputError(f"image size must be between 1 and 32768 pixels a side, not {width} x {height}")
+        width, height = (_checked_side(side) for side in self.size)
         if not (math.isfinite(self.pixel) and self.pixel > 0):
             raise InputError(f"pixel size must be positive, not {self.pixel!r}")
-        forward = _unit(self.forward, "forward")
-        up = np.asarray(self.up, dtype=np.float64)
-        up = _unit(up - forward * (up @ forward), "up")
-        object.__setattr__(self, "eye", np.asarray(self.eye, dtype=np.float64))
+        if self.projection not in ("orthographic", "perspective"):
+            raise InputError(f"projection must be orthographic or perspective, not {self.projection!r}")
+        eye = np.asarray(self.eye, dtype=np.float64)
+        if eye.shape != (3,) or not np.isfinite(eye).all():
+            raise InputError(f"eye must be three numbers in mm, not {eye.tolist()}")
+        forward, up = _unit(self.forward, "forward"), _unit(self.up, "up")
+        up = up - forward * (up @ forward)
+        if np.linalg.norm(up) < 1e-9:
+            raise InputError(f"up must not be parallel to forward, not {np.asarray(self.up).tolist()}")
+        object.__setattr__(self, "eye", eye)
         object.__setattr__(self, "forward", forward)
-        object.__setattr__(self, "up", up)
-        object.__setattr__(self, "size", (int(width), int(height)))
+        object.__setattr__(self, "up", _unit(up, "up"))
+        object.__setattr__(self, "size", (width, height))
 
     @classmethod
     def looking(
@@ -82,20 +86,20 @@ class Camera:
         """A camera that sees the whole subject.
 
         view      anterior, posterior, left, right, superior, inferior; several joined by "-"
-                  ("anterior-left"); or a vector from the subject towards the viewer
+                  ("anterior-left"); or a vector from the subject towards the viewer, as numbers or "x,y,z"
         at        a volume, a mesh, or (n, 3) world points that must be in the picture
         size      (width, height) in pixels; a single number is the longer side, the other follows the subject
-        fov       perspective only: vertical opening angle in degrees, which sets the distance
+        fov       perspective only: degrees that the front of the subject's box takes up, which sets the distance
         distance  perspective only: from the subject's centre to the eye in mm, instead of fov
         margin    empty border, as a part of the image's shorter side
         roll      degrees, turns the picture clockwise
         """
-        if projection not in ("orthographic", "perspective"):
-            raise InputError(f"projection must be orthographic or perspective, not {projection!r}")
         if not 0 <= margin < 0.5:
             raise InputError(f"margin must be between 0 and 0.5, not {margin!r}")
-        if not zoom > 0:
+        if not 0 < zoom < math.inf:
             raise InputError(f"zoom must be positive, not {zoom!r}")
+        if not math.isfinite(roll):
+            raise InputError(f"roll must be a number of degrees, not {roll!r}")
         towards = view_direction(view)
         forward = -towards
         up = np.array([0.0, 1.0, 0.0] if abs(towards[2]) > 0.99 else [0.0, 0.0, 1.0])
@@ -119,8 +123,9 @@ class Camera:
                 if not 1 <= fov <= 120:
                     raise InputError(f"fov must be between 1 and 120 degrees, not {fov!r}")
                 distance = half[2] + max(half[0], half[1]) / math.tan(math.radians(fov) / 2)
-            near = distance - half[2]
-            if not near > 1e-3:
+            if not distance < math.inf:
+                raise InputError(f"distance must be a number of mm, not {distance!r}")
+            if not distance - half[2] > 1e-3:
                 raise InputError(
                     f"the camera is inside the subject: distance {distance:g} mm from its centre; use more than {half[2]:.4g} mm"
                 )
@@ -160,7 +165,10 @@ class Camera:
         return np.stack([self.eye, zero, zero, self.forward + corner, dx, dy])
 
     def project(self, points: ArrayLike) -> Vector:
-        """(n, 3) world positions to (n, 3) image x, image y in pixels, and depth in mm."""
+        """(n, 3) world positions to (n, 3) image x, image y in pixels, and depth in mm.
+
+        In perspective, positions of no or negative depth have no place in the image.
+        """
         local = (np.asarray(points, dtype=np.float64) - self.eye) @ np.stack([self.right, self.up, self.forward], axis=1)
         depth = local[:, 2]
         scale = self.pixel * (depth if self.projection == "perspective" else np.ones_like(depth))
@@ -172,11 +180,19 @@ def view_direction(view: str | ArrayLike) -> Vector:
     """Unit vector from the subject towards the viewer, for a view's name or any vector (world, RAS+)."""
     if not isinstance(view, str):
         return _unit(np.asarray(view, dtype=np.float64), "view")
+    if "," in view:
+        try:
+            return _unit([float(number) for number in view.split(",")], "view")
+        except ValueError:
+            raise InputError(f"view must be three numbers that are not all zero, not {view!r}") from None
     parts = view.strip().lower().split("-")
     unknown = [p for p in parts if p not in VIEWS]
     if unknown:
         raise InputError(f"view must be one of {', '.join(VIEWS)}, several joined by '-', or x,y,z; not {view!r}")
-    return _unit(np.sum([VIEWS[p] for p in parts], axis=0, dtype=np.float64), "view")
+    towards = np.sum([VIEWS[p] for p in parts], axis=0, dtype=np.float64)
+    if not towards.any():
+        raise InputError(f"view must not name opposite sides only, not {view!r}")
+    return _unit(towards, "view")
 
 
 def _unit(vector: ArrayLike, name: str) -> Vector:
@@ -187,12 +203,18 @@ def _unit(vector: ArrayLike, name: str) -> Vector:
     return v / length
 
 
+def _checked_side(side: float) -> int:
+    if not (1 <= side <= 32768 and int(side) == side):
+        raise InputError(f"image size must be whole numbers between 1 and 32768 pixels, not {side!r}")
+    return int(side)
+
+
 def _fitted_size(size: int | tuple[int, int], extent: Vector, margin: float) -> tuple[int, int]:
     """A single number is the longer side; the shorter one leaves the same border in pixels."""
     if isinstance(size, tuple):
-        return size
-    if not 1 <= size <= 32768:
-        raise InputError(f"image size must be between 1 and 32768 pixels, not {size!r}")
+        width, height = size
+        return _checked_side(width), _checked_side(height)
+    size = _checked_side(size)
     ratio = float(extent.min() / extent.max())
     # The border is a part b = margin * shorter of the image: shorter - 2b = ratio * (longer - 2b).
     shorter = max(1, round(size * ratio / (1 - 2 * margin + 2 * margin * ratio)), round(size * 0.2))

@@ -35,14 +35,14 @@ def _cache_folder() -> str:
     for source in sorted(package.rglob("*.py")):
         info = source.stat()
         stamp.update(f"{source}{info.st_size}{info.st_mtime_ns}".encode())
-    root = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "intaglio" / "kernels"
-    folder = root / stamp.hexdigest()[:16]
     try:
+        root = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "intaglio" / "kernels"
+        folder = root / stamp.hexdigest()[:16]
         folder.mkdir(parents=True, exist_ok=True)
         folder.touch()
         for old in sorted(root.iterdir(), key=lambda f: f.stat().st_mtime)[:-8]:
             shutil.rmtree(old, ignore_errors=True)
-    except OSError:
+    except (OSError, RuntimeError):  # nowhere to write, or no home
         return ""
     return str(folder)
 
@@ -52,7 +52,9 @@ def _jit(function: Function, **options: Any) -> Function:
     before = numba.config.CACHE_DIR
     numba.config.CACHE_DIR = folder or before
     try:
-        return numba.njit(nogil=True, cache=bool(folder), error_model="numpy", fastmath=FASTMATH, **options)(function)  # type: ignore[no-any-return]
+        jit = numba.njit(nogil=True, cache=bool(folder), error_model="numpy", fastmath=FASTMATH, **options)
+        compiled: Function = jit(function)
+        return compiled
     finally:
         numba.config.CACHE_DIR = before
 
@@ -92,7 +94,7 @@ def thread_count() -> int:
     text = os.environ.get("INTAGLIO_THREADS", "")
     if not text:
         return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    if not text.isdigit() or int(text) < 1:
+    if not text.isdecimal() or int(text) < 1:
         raise InputError(f"INTAGLIO_THREADS must be a positive number, not {text!r}")
     return int(text)
 
@@ -119,8 +121,9 @@ def each(function: Callable[..., Any], jobs: list[tuple[Any, ...]], *, progress:
                 progress(done + 1, total)
         return
     pool = _pool(threads)
-    futures: list[Future[Any]] = [pool.submit(function, *job) for job in jobs]
+    futures: list[Future[Any]] = []
     try:
+        futures.extend(pool.submit(function, *job) for job in jobs)
         for done, future in enumerate(as_completed(futures)):
             future.result()
             if progress:
@@ -134,13 +137,13 @@ def each(function: Callable[..., Any], jobs: list[tuple[Any, ...]], *, progress:
         raise
 
 
-def tiles(function: Callable[..., Any], shape: tuple[int, int], *args: Any, tile: int = 32, progress: Progress | None = None) -> None:
+def tiles(
+    function: Callable[..., Any], shape: tuple[int, int], *args: Any, tile: int = 32, progress: Progress | None = None
+) -> None:
     """Call function(y0, y1, x0, x1, *args) for every tile of a (height, width) image on the thread pool."""
     height, width = shape
     jobs = [
-        (y, min(y + tile, height), x, min(x + tile, width), *args)
-        for y in range(0, height, tile)
-        for x in range(0, width, tile)
+        (y, min(y + tile, height), x, min(x + tile, width), *args) for y in range(0, height, tile) for x in range(0, width, tile)
     ]
     each(function, jobs, progress=progress)
 

@@ -40,7 +40,10 @@ class GBuffer:
     def empty(cls, camera: Camera) -> GBuffer:
         """Nothing hit anywhere: what a source starts from."""
         w, h = camera.size
-        zeros = lambda *n: np.zeros((h, w, *n), dtype=np.float32)  # noqa: E731
+
+        def zeros(*n: int) -> Buffer:
+            return np.zeros((h, w, *n), dtype=np.float32)
+
         return cls(
             camera=camera,
             depth=np.full((h, w), np.inf, dtype=np.float32),
@@ -67,3 +70,15 @@ class GBuffer:
         """Side of the square that a pixel covers on a plane facing the camera at its depth, in mm; 0 outside."""
         scale = self.depth if self.camera.projection == "perspective" else np.ones_like(self.depth)
         return np.where(self.mask, scale * self.camera.pixel, 0.0).astype(np.float32)
+
+    @cached_property
+    def facing(self) -> Buffer:
+        """Cosine of the angle between normal and the direction to the viewer; 1 face on, 0 at a contour and outside."""
+        if self.camera.projection == "orthographic":
+            return (self.normal @ -self.camera.forward).astype(np.float32)
+        w, h = self.camera.size
+        ray = self.camera.rays()[3:]
+        x, y = np.arange(w)[None, :, None] + 0.5, np.arange(h)[:, None, None] + 0.5
+        view = ray[0] + x * ray[1] + y * ray[2]
+        view /= np.linalg.norm(view, axis=2, keepdims=True)
+        return -np.einsum("yxc,yxc->yx", self.normal, view).astype(np.float32)

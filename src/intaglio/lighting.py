@@ -44,6 +44,8 @@ class Light:
             raise InputError(f"light frame must be camera or world, not {self.frame!r}")
         if len(self.direction) != 3 or not 0 < math.hypot(*self.direction) < math.inf:
             raise InputError(f"light direction must be three numbers that are not all zero, not {self.direction!r}")
+        if len(self.position) != 3 or not math.isfinite(math.hypot(*self.position)):
+            raise InputError(f"light position must be three numbers in mm, not {self.position!r}")
         if not (math.isfinite(self.intensity) and self.intensity >= 0):
             raise InputError(f"light intensity must not be negative, not {self.intensity!r}")
         if not 0 < self.cone <= 90:

@@ -52,15 +52,17 @@ class TriangleMesh:
 
     def __post_init__(self) -> None:
         vertices = np.ascontiguousarray(self.vertices, dtype=np.float64)
-        triangles = np.ascontiguousarray(self.triangles, dtype=np.int32)
+        triangles = np.asarray(self.triangles)
         if vertices.ndim != 2 or vertices.shape[1] != 3 or not np.isfinite(vertices).all():
             raise InputError(f"{self.name}: vertices must be (n, 3) finite numbers, not {vertices.shape}")
         if triangles.ndim != 2 or triangles.shape[1] != 3 or len(triangles) == 0:
             raise InputError(f"{self.name}: triangles must be (m, 3) with m > 0, not {triangles.shape}")
+        if triangles.dtype.kind not in "iu":
+            raise InputError(f"{self.name}: triangles must be integers, not {triangles.dtype}")
         if triangles.min() < 0 or triangles.max() >= len(vertices):
             raise InputError(f"{self.name}: triangles name vertices outside 0..{len(vertices) - 1}")
         object.__setattr__(self, "vertices", vertices)
-        object.__setattr__(self, "triangles", triangles)
+        object.__setattr__(self, "triangles", np.ascontiguousarray(triangles, dtype=np.int32))
 
     @property
     def corners(self) -> NDArray[np.float64]:
@@ -97,4 +99,4 @@ class TriangleMesh:
         n = len(self.vertices)
         graph = coo_array((np.ones(len(edges), dtype=bool), (edges[:, 0], edges[:, 1])), shape=(n, n))
         _, label = connected_components(graph, directed=False)
-        return len(np.unique(label[self.triangles[:, 0]]))
+        return len(np.unique(label[edges[:, 0]]))

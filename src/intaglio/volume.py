@@ -32,11 +32,11 @@ class Volume:
             raise InputError(f"{self.name}: array must have three dimensions (z, y, x), not {np.shape(self.array)}")
         if min(self.array.shape) < 2:
             raise InputError(f"{self.name}: needs at least 2 voxels along each axis, not {self.array.shape} (z, y, x)")
-        if self.array.dtype.kind not in "biuf":
-            raise InputError(f"{self.name}: voxels must be bool, integer or float, not {self.array.dtype}")
+        if self.array.dtype.kind not in "biuf" or not self.array.dtype.isnative:
+            raise InputError(f"{self.name}: voxels must be bool, integer or float in native byte order, not {self.array.dtype}")
         matrix = np.asarray(self.world_from_index, dtype=np.float64)
-        if matrix.shape != (4, 4) or not np.isfinite(matrix).all() or abs(np.linalg.det(matrix)) < 1e-12:
-            raise InputError(f"{self.name}: world_from_index must be an invertible 4x4 matrix, not {matrix.tolist()}")
+        if not _is_placement(matrix):
+            raise InputError(f"{self.name}: world_from_index must be an invertible affine 4x4 matrix, not {matrix.tolist()}")
         object.__setattr__(self, "world_from_index", matrix)
 
     @classmethod
@@ -51,11 +51,13 @@ class Volume:
 
         array (z, y, x); spacing and origin (x, y, z) in mm, origin being the centre of the first voxel.
         """
-        step = np.broadcast_to(np.asarray(spacing, dtype=np.float64), (3,))
-        if not (np.isfinite(step).all() and (step > 0).all()):
-            raise InputError(f"{name}: spacing must be three positive numbers in mm, not {tuple(step.tolist())}")
-        matrix = np.diag([*step, 1.0])
-        matrix[:3, 3] = origin
+        step, first = np.asarray(spacing, dtype=np.float64), np.asarray(origin, dtype=np.float64)
+        if step.shape not in ((), (3,)) or not (np.isfinite(step).all() and (step > 0).all()):
+            raise InputError(f"{name}: spacing must be three positive numbers in mm, not {step.tolist()}")
+        if first.shape != (3,) or not np.isfinite(first).all():
+            raise InputError(f"{name}: origin must be three numbers in mm, not {first.tolist()}")
+        matrix = np.diag([*np.broadcast_to(step, (3,)), 1.0])
+        matrix[:3, 3] = first
         return cls(array, matrix, name)
 
     @property
@@ -67,7 +69,7 @@ class Volume:
     @cached_property
     def index_from_world(self) -> NDArray[np.float64]:
         """4x4, from RAS+ millimetres to the index (x, y, z)."""
-        return np.linalg.inv(self.world_from_index)
+        return np.asarray(np.linalg.inv(self.world_from_index), dtype=np.float64)
 
     @cached_property
     def spacing(self) -> NDArray[np.float64]:
@@ -85,3 +87,11 @@ class Volume:
         z, y, x = self.shape
         index = np.array([(i, j, k, 1.0) for k in (0, z - 1) for j in (0, y - 1) for i in (0, x - 1)])
         return (index @ self.world_from_index.T)[:, :3]
+
+
+def _is_placement(matrix: NDArray[np.float64]) -> bool:
+    """4x4, affine, and its axes, made unit, span space: voxels of a nanometre are as good as voxels of a metre."""
+    if matrix.shape != (4, 4) or not np.isfinite(matrix).all() or matrix[3].tolist() != [0.0, 0.0, 0.0, 1.0]:
+        return False
+    length = np.linalg.norm(matrix[:3, :3], axis=0)
+    return bool((length > 0).all() and abs(np.linalg.det(matrix[:3, :3] / length)) > 1e-6)

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from intaglio.io.volumes import read_volume as read_volume
     from intaglio.lighting import Light as Light, Material as Material
     from intaglio.mesh import TriangleMesh as TriangleMesh
+    from intaglio.transfer_function import TransferFunction as TransferFunction
     from intaglio.volume import Volume as Volume
 
 # Public name -> module. Loaded on first use, so that `import intaglio` is quick.
@@ -26,6 +27,7 @@ _PUBLIC = {
     "InputError": "errors",
     "Light": "lighting",
     "Material": "lighting",
+    "TransferFunction": "transfer_function",
     "TriangleMesh": "mesh",
     "Volume": "volume",
     "read_volume": "io.volumes",

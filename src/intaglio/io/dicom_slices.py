@@ -106,12 +106,12 @@ def _check_steps(name: str, slices: list[Slice], positions: NDArray[np.float64],
         )
     line = np.linspace(positions[0], positions[-1], len(slices))
     apart = np.linalg.norm(positions - line, axis=1)
-    k = int(np.argmax(apart))
+    worst = int(np.argmax(apart))
     # Positions are often rounded to a tenth of a millimetre.
-    if apart[k] > max(0.05 * usual, 0.051):
+    if apart[worst] > max(0.05 * usual, 0.051):
         raise InputError(
-            f"{name}: slices are not evenly spaced: steps from {steps.min():.3f} to {steps.max():.3f} mm, {files[k]} lies "
-            f"{apart[k]:.3f} mm off; resample them to even spacing"
+            f"{name}: slices are not evenly spaced: steps from {steps.min():.3f} to {steps.max():.3f} mm, {files[worst]} lies "
+            f"{apart[worst]:.3f} mm off; resample them to even spacing"
         )
 
 

@@ -60,7 +60,7 @@ def quiet(name: str, what: str) -> Iterator[None]:
         yield
     except RuntimeError as error:
         lines = [line.strip() for line in str(error).splitlines() if line.strip()]
-        reason = lines[-1].split("): ", 1)[-1] if lines else "unknown reason"
+        reason = lines[-1].split("): ", 1)[-1].removeprefix("sitk::ERROR: ") if lines else "unknown reason"
         raise InputError(f"{name}: cannot be read as {what}: {reason.rstrip('.')}; check that the file is whole") from None
     finally:
         sitk.ProcessObject.SetGlobalWarningDisplay(before)

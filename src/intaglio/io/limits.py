@@ -15,10 +15,10 @@ DEFLATE_RATIO = 1032
 def check_shape(name: str, shape: Sequence[int]) -> None:
     """Refuse what is no volume; shape (x, y, z)."""
     text = " x ".join(str(n) for n in shape)
+    if any(n < 1 for n in shape) or not shape:
+        raise InputError(f"{name}: number of voxels must be positive along each axis, not {text or 'missing'}; correct it")
     if len(shape) < 3 or any(n == 1 for n in shape):
         raise InputError(f"{name}: is a single image of {text} pixels, not a volume; give the whole series or stack")
-    if any(n < 1 for n in shape):
-        raise InputError(f"{name}: number of voxels must be positive along each axis, not {text}; the header is broken")
 
 
 def check_memory(name: str, promised: int) -> None:
@@ -34,19 +34,20 @@ def check_payload(name: str, promised: int, stored: int, *, deflated: bool = Fal
     """Refuse a header that promises more bytes of voxels than the file can hold."""
     if deflated and promised > stored * DEFLATE_RATIO:
         raise InputError(
-            f"{name}: header promises {promised} bytes of voxels, {stored} compressed bytes cannot hold them; "
-            "the file is truncated or its header is broken"
+            f"{name}: expected {promised} bytes of voxels, {stored} compressed bytes cannot hold them; "
+            "the file is truncated or its header wrong, get it again"
         )
     if not deflated and promised > stored:
         raise InputError(
-            f"{name}: header promises {promised} bytes of voxels, the file holds {max(stored, 0)}; it is truncated, get it again"
+            f"{name}: expected {promised} bytes of voxels, found {max(stored, 0)}; "
+            "the file is truncated or its header wrong, get it again"
         )
 
 
-def check_spacing(name: str, spacing: Sequence[float]) -> None:
+def check_spacing(name: str, spacing: Sequence[float], remedy: str = "repair the header") -> None:
     """Refuse a distance of voxels that is none."""
     if len(spacing) != 3 or not all(math.isfinite(s) and s > 0 for s in spacing):
-        raise InputError(f"{name}: spacing must be three positive numbers in mm, not {tuple(spacing)}; give spacing=(x, y, z)")
+        raise InputError(f"{name}: spacing must be three positive numbers in mm, not {tuple(spacing)}; {remedy}")
 
 
 def check_index(name: str, count: int, index: int | None) -> None:

@@ -89,11 +89,11 @@ def _transform(name: str, h: dict[str, Any], notes: list[str]) -> Matrix:
         if h["qform_code"] > 0:
             other = _quaternion_transform(h)
             ends = np.array([[0, 0, 0, 1], [*(np.array(h["dim"][1:4]) - 1), 1]], dtype=np.float64).T
-            apart = float(np.abs((sform - other) @ ends).max()) if np.isfinite(other).all() else math.inf
+            apart = float(np.abs((sform - other) @ ends).max())
             if not apart <= 0.1:
-                notes.append(f"sform and qform place the volume up to {apart:.3g} mm apart: the sform is used")
+                notes.append(f"the qform differs from the sform by up to {apart:.3g} mm: the sform is used")
     else:
-        check_spacing(name, h["pixdim"][1:4])
+        check_spacing(name, h["pixdim"][1:4], "give spacing=(x, y, z)")
         if h["qform_code"] > 0:
             matrix = _quaternion_transform(h)
         else:
@@ -107,9 +107,9 @@ def _transform(name: str, h: dict[str, Any], notes: list[str]) -> Matrix:
 
 
 def read_nifti(
-    path: Path, *, index: int | None = None, progress: Progress | None = None
+    path: Path, *, index: int | None = None, spacing: list[float] | None = None, progress: Progress | None = None
 ) -> tuple[NDArray[Any], Matrix, list[str]]:
-    """Array (z, y, x), world_from_index and notes of a .nii or .nii.gz file, gzip or not whatever its name says."""
+    """Array (z, y, x), world_from_index and notes of a .nii or .nii.gz file; spacing where the header has none."""
     name = path.name
     deflated = is_gzip(path)
     h, order = _header(path, deflated)
@@ -134,6 +134,8 @@ def read_nifti(
     room = path.stat().st_size - (0 if deflated else begin)
     check_payload(name, size * count, room, deflated=deflated)
     check_memory(name, size)
+    if spacing and not all(math.isfinite(s) and s > 0 for s in h["pixdim"][1:4]):
+        h["pixdim"][1:4] = spacing
     matrix = _transform(name, h, notes)
     slope, intercept = h["scl_slope"], h["scl_inter"]
     if slope == 0 or not math.isfinite(slope) or not math.isfinite(intercept):

@@ -32,7 +32,7 @@ def read_raw(path: Path, raw: Raw, *, progress: Progress | None = None) -> tuple
     if stored.kind not in "biuf" or stored.itemsize > 8:
         raise InputError(f"{name}: raw dtype must be a number type such as '<i2', '>u2' or 'f4', not {kind!r}")
     check_shape(name, (x, y, z))
-    check_spacing(name, step)
+    check_spacing(name, step, "correct raw=")
     expected = x * y * z * stored.itemsize
     found = path.stat().st_size
     deflated = is_gzip(path)

@@ -14,6 +14,7 @@ from intaglio.errors import InputError
 from intaglio.io import itk
 from intaglio.io.itk import NO_ORIENTATION, Matrix
 from intaglio.io.limits import check_index, check_memory, check_shape
+from intaglio.io.tiff import check_tiff
 
 if TYPE_CHECKING:
     from intaglio.compute import Progress
@@ -59,6 +60,8 @@ def read_stack(folder: Path, *, progress: Progress | None = None) -> tuple[NDArr
     check_memory(name, math.prod(size) * len(files) * dtype.itemsize)
     array = np.empty((len(files), size[1], size[0]), dtype)
     for k, file in enumerate(files):
+        if file.suffix.lower() != ".png":
+            check_tiff(file)
         reader = itk.header(file, "an image")
         if reader.GetSize() != size or itk.dtype_of(reader, file.name) != dtype:
             raise InputError(
@@ -73,6 +76,8 @@ def read_stack(folder: Path, *, progress: Progress | None = None) -> tuple[NDArr
 
 def read_pages(path: Path, *, index: int | None = None) -> tuple[NDArray[Any], Matrix, list[str]]:
     """Array (z, y, x), world_from_index and notes of a TIFF file whose pages are slices."""
+    if path.suffix.lower() != ".png":
+        check_tiff(path)
     reader = itk.header(path, "TIFF")
     dtype = itk.dtype_of(reader, path.name)
     check_shape(path.name, reader.GetSize())

@@ -13,13 +13,15 @@ from intaglio.errors import InputError
 from intaglio.io import itk
 from intaglio.io.itk import NO_ORIENTATION, Matrix
 from intaglio.io.limits import check_index, check_memory, check_payload, check_shape, check_spacing
+from intaglio.io.payload import check_zlib
 
 _LONGEST = 1 << 20
+_META = (".mha", ".mhd")
 
 
 def _header(path: Path) -> tuple[dict[str, str], list[str], int]:
     """Fields in lower case, the lines after the one that ends the header, and where the voxels begin."""
-    meta = path.suffix.lower() in (".mha", ".mhd")
+    meta = path.suffix.lower() in _META
     fields: dict[str, str] = {}
     with path.open("rb") as file:
         if not meta and not file.readline(64).startswith(b"NRRD000"):
@@ -52,41 +54,47 @@ def _data_file(fields: dict[str, str]) -> str:
 def _detached(path: Path, fields: dict[str, str], rest: list[str]) -> list[Path]:
     """Files with the voxels, none of them outside the header's folder."""
     value = _data_file(fields)
+    pattern = re.fullmatch(r"([^%]*%\d*d[^%\s]*)\s+(-?\d+)\s+(-?\d+)(?:\s+(\d+))?.*", value)
     if not value:
         return []
-    listed = value.split(" ")[0] == "LIST"
-    pattern = re.match(r"\S*%\d*d\S*", value)
-    names = rest if listed else [pattern[0]] if pattern else [value]
+    if value.split(" ")[0] == "LIST":
+        names = rest
+    elif pattern:
+        begin, end, step = int(pattern[2]), int(pattern[3]), int(pattern[4] or 1)
+        names = [pattern[1] % k for k in range(begin, min(end, begin + 1_000_000) + 1, max(step, 1))]
+    else:
+        names = [value]
     folder = path.parent.resolve()
     for name in names:
-        if not (folder / name).resolve().is_relative_to(folder):
+        file = (folder / name).resolve()
+        if not file.is_relative_to(folder):
             raise InputError(f"{path.name}: data file must lie in the header's folder, not at {name!r}; move it there")
-    if pattern and not listed:
-        return []
-    files = [folder / name for name in names]
-    for file in files:
         if not file.is_file():
-            raise InputError(f"{path.name}: data file {file.name!r} must lie beside it; put it there")
-    return files
+            raise InputError(f"{path.name}: data file {name!r} is missing; put it beside the header")
+    return [folder / name for name in names]
 
 
 def _numbers(text: str) -> list[float]:
     return [float(word) for word in re.findall(r"[^\s,()]+", text)]
 
 
-def _check_spacing(name: str, fields: dict[str, str]) -> None:
+def _check_grid(name: str, fields: dict[str, str]) -> None:
+    """Shape and spacing as the text has them, since SimpleITK turns some broken ones into others."""
     try:
+        sizes = [int(n) for n in _numbers(fields.get("sizes") or fields.get("dimsize", ""))]
+        if len(sizes) != 3:
+            return check_shape(name, sizes) if len(sizes) < 3 else None
         if "spacings" in fields:
-            check_spacing(name, _numbers(fields["spacings"])[-3:])
+            check_spacing(name, _numbers(fields["spacings"]))
         elif "spacedirections" in fields:
             axes = [_numbers(axis) for axis in re.findall(r"\(([^)]*)\)", fields["spacedirections"])]
-            check_spacing(name, [math.hypot(*axis) for axis in axes][:3])
+            check_spacing(name, [math.hypot(*axis) for axis in axes])
         elif "elementspacing" in fields or "elementsize" in fields:
-            check_spacing(name, _numbers(fields.get("elementspacing") or fields["elementsize"])[:3])
-    except ValueError as error:
-        if isinstance(error, InputError):
-            raise
-        raise InputError(f"{name}: spacing must be numbers in mm ({error}); repair the header") from None
+            check_spacing(name, _numbers(fields.get("elementspacing") or fields["elementsize"]))
+    except InputError:
+        raise
+    except (ValueError, OverflowError) as error:
+        raise InputError(f"{name}: size and spacing must be numbers ({error}); repair the header") from None
 
 
 def _notes(fields: dict[str, str]) -> list[str]:
@@ -108,9 +116,9 @@ def read_with_text_header(path: Path, *, index: int | None = None) -> tuple[NDAr
     """Array (z, y, x), world_from_index and notes of an NRRD (.nrrd, .nhdr) or MetaImage (.mha, .mhd) file."""
     name = path.name
     fields, rest, begin = _header(path)
-    what = "NRRD" if "sizes" in fields else "MetaImage"
+    what = "MetaImage" if path.suffix.lower() in _META else "NRRD"
     files = _detached(path, fields, rest)
-    _check_spacing(name, fields)
+    _check_grid(name, fields)
     reader = itk.header(path, what)
     size = list(reader.GetSize())
     while len(size) > 3 and size[-1] == 1:
@@ -128,9 +136,12 @@ def read_with_text_header(path: Path, *, index: int | None = None) -> tuple[NDAr
     if (files or not _data_file(fields)) and encoding in ("raw", "gz", "gzip"):
         check_payload(name, promised, stored, deflated=deflated)
     check_memory(name, promised // count)
+    if what == "MetaImage" and deflated:
+        check_zlib(files[0] if files else path, 0 if files else begin)
     if len(reader.GetSize()) > 3:
         extra = len(reader.GetSize()) - 4
         reader.SetExtractSize([*size[:3], 0] + [0] * extra)
         reader.SetExtractIndex([0, 0, 0, index or 0] + [0] * extra)
+    check_spacing(name, reader.GetSpacing()[:3])
     matrix = itk.world_from_index(reader.GetSpacing(), reader.GetOrigin(), reader.GetDirection())
     return itk.read(reader, name, what), matrix, _notes(fields)

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from intaglio.errors import InputError
 from intaglio.io.dicom import read_dicom
 from intaglio.io.itk import Matrix
-from intaglio.io.limits import check_index, check_spacing
+from intaglio.io.limits import check_index
 from intaglio.io.nifti import read_nifti
 from intaglio.io.raw import Raw, read_raw
 from intaglio.io.stack import SUFFIXES, read_pages, read_stack, slices_in
@@ -27,10 +27,15 @@ KINDS = ".nii .nii.gz .nrrd .nhdr .mha .mhd .dcm .tif .tiff .raw .raw.gz, a fold
 
 
 def _read(
-    path: Path, raw: Raw | None, series: str | int | None, index: int | None, progress: Progress | None
+    path: Path,
+    raw: Raw | None,
+    spacing: list[float] | None,
+    series: str | int | None,
+    index: int | None,
+    progress: Progress | None,
 ) -> tuple[NDArray[Any], Matrix, list[str]]:
     """One reader for each kind of file."""
-    name = path.name.lower()
+    kind = path.name.lower()
     if raw is not None:
         check_index(path.name, 1, index)
         return read_raw(path, raw, progress=progress)
@@ -39,15 +44,15 @@ def _read(
         return read_stack(path, progress=progress) if slices_in(path) else read_dicom(path, series=series, progress=progress)
     if path.stat().st_size == 0:
         raise InputError(f"{path.name}: is empty; get the file again")
-    if name.endswith((".nii", ".nii.gz")):
-        return read_nifti(path, index=index, progress=progress)
-    if name.endswith((".nrrd", ".nhdr", ".mha", ".mhd")):
+    if kind.endswith((".nii", ".nii.gz")):
+        return read_nifti(path, index=index, spacing=spacing, progress=progress)
+    if kind.endswith((".nrrd", ".nhdr", ".mha", ".mhd")):
         return read_with_text_header(path, index=index)
-    if name.endswith(SUFFIXES):
+    if kind.endswith(SUFFIXES):
         return read_pages(path, index=index)
-    if name.endswith((".raw", ".raw.gz")):
+    if kind.endswith((".raw", ".raw.gz")):
         raise InputError(f"{path.name}: raw voxels need raw=((x, y, z), dtype, spacing)")
-    if name.endswith((".dcm", ".ima", ".dicom")) or _is_dicom(path):
+    if kind.endswith((".dcm", ".ima", ".dicom")) or _is_dicom(path):
         check_index(path.name, 1, index)
         return read_dicom(path, series=series, progress=progress)
     raise InputError(f"{path.name}: kind must be one of {KINDS}; not {path.suffix or 'a file without extension'!r}")
@@ -71,12 +76,17 @@ def _finite(name: str, array: NDArray[Any], fill: float | None) -> NDArray[Any]:
     return array
 
 
-def _respaced(name: str, matrix: Matrix, spacing: ArrayLike) -> Matrix:
+def _three(spacing: ArrayLike) -> list[float]:
     try:
         step = [float(s) for s in np.broadcast_to(np.asarray(spacing, dtype=np.float64), (3,))]
     except (TypeError, ValueError):
-        raise InputError(f"{name}: spacing must be three positive numbers in mm, not {spacing!r}") from None
-    check_spacing(name, step)
+        step = []
+    if not step or not all(math.isfinite(s) and s > 0 for s in step):
+        raise InputError(f"spacing must be three positive numbers in mm, or one, not {spacing!r}")
+    return step
+
+
+def _respaced(matrix: Matrix, step: list[float]) -> Matrix:
     matrix = matrix.copy()
     matrix[:3, :3] *= step / np.linalg.norm(matrix[:3, :3], axis=0)
     return matrix
@@ -107,19 +117,19 @@ def read_volume(
     What had to be assumed is in the volume's notes. The array may be read-only.
     Raises InputError for anything that is not one whole volume of finite numbers.
     """
-    path = Path(path)
+    path = Path(os.path.abspath(path))
+    name = path.name
     if fill is not None and not math.isfinite(fill):
         raise InputError(f"fill must be a finite number, not {fill!r}")
+    step = None if spacing is None else _three(spacing)
     try:
-        exists = path.exists()
-        array, matrix, notes = _read(path, raw, series, index, progress) if exists else (None, None, [])
-    except PermissionError as error:
-        raise InputError(f"{path.name}: cannot be read ({error.strerror}); check its permissions") from None
-    if array is None or matrix is None:
-        raise InputError(f"{path}: no such file or folder; check the path")
-    name = path.resolve().name
+        if not path.exists():
+            raise InputError(f"{path}: no such file or folder; check the path")
+        array, matrix, notes = _read(path, raw, step, series, index, progress)
+    except OSError as error:
+        raise InputError(f"{name}: cannot be read ({error.strerror}); check its permissions and the disk") from None
     array = _finite(name, array, fill)
-    if spacing is not None:
-        matrix = _respaced(name, matrix, spacing)
+    if step is not None:
+        matrix = _respaced(matrix, step)
         notes = [note for note in notes if "mm assumed" not in note]
     return Volume(array, matrix, name, tuple(notes))

@@ -115,7 +115,8 @@ class Camera:
         local = points @ frame
         low, high = local.min(axis=0), local.max(axis=0)
         centre = (low + high) / 2
-        half = np.maximum((high - low) / 2, 1e-6)
+        half = (high - low) / 2
+        half = np.maximum(half, max(1e-3 * half.max(), 1e-6))  # a plane, line or point has a picture too
         radius = float(np.linalg.norm(half))
 
         if projection == "perspective":
@@ -125,13 +126,14 @@ class Camera:
                 distance = half[2] + max(half[0], half[1]) / math.tan(math.radians(fov) / 2)
             if not distance < math.inf:
                 raise InputError(f"distance must be a number of mm, not {distance!r}")
-            if not distance - half[2] > 1e-3:
+            if not distance > half[2] * (1 + 1e-6):
                 raise InputError(
                     f"the camera is inside the subject: distance {distance:g} mm from its centre; use more than {half[2]:.4g} mm"
                 )
             # What each point spans at 1 mm distance decides, not the box around all of them.
             scale = 1.0 / (local[:, 2] - centre[2] + distance)
             extent = np.abs((local[:, :2] - centre[:2]) * scale[:, None]).max(axis=0)
+            extent = np.maximum(extent, half[:2] / (distance + half[2]))
             eye = frame @ np.array([centre[0], centre[1], centre[2] - distance])
         else:
             extent = half[:2]

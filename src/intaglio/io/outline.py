@@ -1,0 +1,300 @@
+"""From strokes to what vector files hold: filled outlines of even opacity, and plain lines."""
+
+# D. H. Douglas and T. K. Peucker, "Algorithms for the reduction of the number of points required to represent a
+# digitized line or its caricature", 1973.
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from intaglio.compute import kernel
+from intaglio.drawing import Layer
+from intaglio.errors import InputError
+
+Nodes = NDArray[np.float64]
+Offsets = NDArray[np.int64]
+
+UNIT = 0.01  # mm; coordinates in files are whole numbers of it
+TOLERANCE = 0.012  # mm, by which a written outline may leave the stroke
+STEP = 1 / 16  # range of opacity within one piece
+PLAIN = 0.03  # relative range of width within a line that is written with a single width
+LAP = 0.01  # mm, overlap of neighbouring pieces at half opacity
+FARTHEST = 1e5  # mm
+
+
+@dataclass(frozen=True, eq=False)
+class Paths:
+    """Paths of one layer, sorted by opacity, then width.
+
+    points   (n, 2) int32, in UNIT
+    offsets  (m + 1,): path i is points[offsets[i]:offsets[i + 1]]
+    opacity  (m,) 0.01..1, in hundredths
+    width    (m,) mm, in thousandths; 0 for a closed outline, to be filled by the nonzero rule
+
+    One colour laid over itself gives the same in any order, so that sorting changes no picture.
+    """
+
+    points: NDArray[np.int32]
+    offsets: Offsets
+    opacity: NDArray[np.float64]
+    width: NDArray[np.float64]
+
+    def __len__(self) -> int:
+        return len(self.opacity)
+
+
+def stroke_nodes(layer: Layer) -> Nodes:
+    """(n, 4) x, y, half width in mm and opacity of all points of a layer's strokes; InputError for what cannot be drawn."""
+    strokes = layer.strokes
+    return _nodes(strokes.points, strokes.width, strokes.opacity, f"strokes of layer {layer.name!r}")
+
+
+def dot_nodes(layer: Layer) -> Nodes:
+    """(n, 4) x, y, radius in mm and opacity of a layer's dots; InputError for what cannot be drawn."""
+    dots = layer.dots
+    return _nodes(dots.points, dots.diameter, dots.opacity, f"dots of layer {layer.name!r}")
+
+
+def _nodes(points: NDArray[np.float32], width: NDArray[np.float32], opacity: NDArray[np.float32], what: str) -> Nodes:
+    nodes = np.empty((len(points), 4))
+    nodes[:, :2], nodes[:, 2], nodes[:, 3] = points, width, opacity
+    if not (np.abs(nodes) <= FARTHEST).all():
+        raise InputError(f"{what} must have finite positions, widths and opacities, at most {FARTHEST:g} mm")
+    if len(nodes) and nodes[:, 2:].min() < 0:
+        raise InputError(f"{what} must have no negative width or opacity, not {nodes[:, 2:].min():g}")
+    nodes[:, 2] *= 0.5
+    np.minimum(nodes[:, 3], 1.0, out=nodes[:, 3])
+    return nodes
+
+
+def simplified(nodes: Nodes, offsets: Offsets, tolerance: float) -> tuple[Nodes, Offsets]:
+    """The nodes that matter: no stroke moves or widens by more than the tolerance (mm), no opacity by more than 1/64."""
+    keep = np.zeros(len(nodes), dtype=np.bool_)
+    _keep(nodes, offsets, tolerance, keep)
+    counts = np.concatenate([[0], np.cumsum(keep)])
+    return nodes[keep], counts[offsets]
+
+
+def layer_paths(layer: Layer) -> Paths:
+    """What a layer's strokes cover, as outlines and plain lines."""
+    nodes, offsets = simplified(stroke_nodes(layer), layer.strokes.offsets, TOLERANCE)
+    count, pieces, starts, kind, opacity, width = _pieces(nodes, offsets, STEP, PLAIN)
+    opacity, width = np.round(opacity[:count], 2), np.round(width[:count], 3)
+    order = np.lexsort((width, opacity))
+    order = order[opacity[order] > 0]
+    points, ends = _outlines(pieces, starts[: count + 1], kind, opacity, width, order, TOLERANCE, 1.0 / UNIT)
+    real = np.diff(ends, prepend=0) > 0
+    order = order[real]
+    offsets = np.concatenate([[0], ends[real]])
+    return Paths(points[: offsets[-1]], offsets, opacity[order], width[order])
+
+
+@kernel
+def _keep(nodes, offsets, tolerance, keep):  # type: ignore[no-untyped-def]
+    stack = np.empty((64, 2), np.int64)
+    for s in range(len(offsets) - 1):
+        first, last = offsets[s], offsets[s + 1] - 1
+        keep[first] = True
+        keep[last] = True
+        stack[0, 0], stack[0, 1] = first, last
+        depth = 1
+        while depth > 0:
+            depth -= 1
+            i, j = stack[depth, 0], stack[depth, 1]
+            ax, ay, ar, ao = nodes[i, 0], nodes[i, 1], nodes[i, 2], nodes[i, 3]
+            dx, dy, dr, do = nodes[j, 0] - ax, nodes[j, 1] - ay, nodes[j, 2] - ar, nodes[j, 3] - ao
+            square = dx * dx + dy * dy
+            scale = 1.0 / square if square > 0.0 else 0.0
+            worst, at = tolerance, -1
+            for k in range(i + 1, j):
+                x, y = nodes[k, 0] - ax, nodes[k, 1] - ay
+                t = min(max((x * dx + y * dy) * scale, 0.0), 1.0)
+                x, y = x - t * dx, y - t * dy
+                away = math.sqrt(x * x + y * y) + abs(nodes[k, 2] - ar - t * dr)
+                away = max(away, abs(nodes[k, 3] - ao - t * do) * 64.0 * tolerance)
+                if away > worst:
+                    worst, at = away, k
+            if at >= 0:
+                keep[at] = True
+                # The larger part waits below the smaller one, so that the stack stays below log2 of the length.
+                if at - i > j - at:
+                    stack[depth, 0], stack[depth, 1], stack[depth + 1, 0], stack[depth + 1, 1] = i, at, at, j
+                else:
+                    stack[depth, 0], stack[depth, 1], stack[depth + 1, 0], stack[depth + 1, 1] = at, j, i, at
+                depth += 2
+
+
+@kernel
+def _pieces(nodes, offsets, step, plain):  # type: ignore[no-untyped-def]
+    """Cut strokes where their opacity has changed by a step.
+
+    Returns nodes (k, 3), starts (m + 1,), kind (m,): 1 begins a stroke, 2 ends it, 3 both; opacity (m,); and
+    width (m,), 0 unless the piece is a whole stroke of even width.
+    """
+    room = 0
+    for i in range(1, len(nodes)):
+        room += 2 * int(abs(nodes[i, 3] - nodes[i - 1, 3]) / step) + 4
+    room += 2
+    out = np.empty((room, 3))
+    starts = np.empty(room + 1, np.int64)
+    kind = np.zeros(room, np.uint8)
+    opacity = np.empty(room)
+    width = np.zeros(room)
+    n, m = 0, 0
+    starts[0] = 0
+    for s in range(len(offsets) - 1):
+        i, end = offsets[s], offsets[s + 1]
+        x, y, r, o = nodes[i, 0], nodes[i, 1], nodes[i, 2], nodes[i, 3]
+        out[n, 0], out[n, 1], out[n, 2] = x, y, r
+        n += 1
+        low, high, thin, thick, begin = o, o, r, r, 1
+        for k in range(i + 1, end):
+            bx, by, br, bo = nodes[k, 0], nodes[k, 1], nodes[k, 2], nodes[k, 3]
+            if (bx - x) ** 2 + (by - y) ** 2 < 1e-10:
+                # A point upon the last one has no direction; a dab of the pen keeps its largest width.
+                out[n - 1, 2] = max(out[n - 1, 2], br)
+                thick = max(thick, br)
+                continue
+            t = 0.0
+            while bo != o and max(high, bo) - min(low, bo) > step:
+                goal = low + step if bo > high else high - step
+                # Not at a corner, where the neighbours' cross-sections would differ.
+                cut = max(t, min(max((goal - o) / (bo - o), t + 0.02 * (1.0 - t)), 0.98))
+                if cut <= t:
+                    break
+                t = cut
+                goal = o + t * (bo - o)
+                low, high = min(low, goal), max(high, goal)
+                for copy in range(2):
+                    out[n, 0], out[n, 1], out[n, 2] = x + t * (bx - x), y + t * (by - y), r + t * (br - r)
+                    n += 1
+                    if copy == 0:
+                        kind[m] = begin
+                        opacity[m] = 0.5 * (low + high)
+                        m += 1
+                        starts[m] = n
+                low, high, begin = goal, goal, 0
+            out[n, 0], out[n, 1], out[n, 2] = bx, by, br
+            n += 1
+            x, y, r, o = bx, by, br, bo
+            low, high, thin, thick = min(low, o), max(high, o), min(thin, r), max(thick, r)
+        kind[m] = begin + 2
+        opacity[m] = 0.5 * (low + high)
+        if begin == 1 and thick - thin <= plain * thick and n - starts[m] > 1:
+            width[m] = thin + thick
+        m += 1
+        starts[m] = n
+    return m, out, starts, kind, opacity, width
+
+
+@kernel
+def _arc(out, n, x, y, r, nx, ny, angle, tolerance):  # type: ignore[no-untyped-def]
+    """Points on the circle strictly between r (nx, ny) and the same turned by the angle."""
+    if r > 0.25 * tolerance:
+        count = int(abs(angle) / (2.0 * math.acos(max(1.0 - 0.5 * tolerance / r, 0.5)))) + 1
+        count = min(max(count, int(abs(angle) * 1.2)), 40)
+        for k in range(1, count):
+            c, s = math.cos(angle * k / count), math.sin(angle * k / count)
+            out[n, 0], out[n, 1] = x + r * (nx * c - ny * s), y + r * (nx * s + ny * c)
+            n += 1
+    return n
+
+
+@kernel
+def _outlines(nodes, starts, kind, opacity, width, order, tolerance, scale):  # type: ignore[no-untyped-def]
+    """Lines as they are, others as polygons: one side forwards, a cap, the other side backwards, a cap."""
+    longest = 0
+    for m in range(len(starts) - 1):
+        longest = max(longest, starts[m + 1] - starts[m])
+    left = np.empty((42 * longest + 84, 2))
+    right = np.empty((42 * longest + 84, 2))
+    points = np.empty((4 * len(nodes) + 1024, 2), np.int32)
+    ends = np.empty(len(order), np.int64)
+    n = 0
+    for q in range(len(order)):
+        m = order[q]
+        i, end = starts[m], starts[m + 1]
+        a, b = np.int64(0), np.int64(0)
+        if width[m] > 0.0:
+            for k in range(i, end):
+                left[a, 0], left[a, 1] = nodes[k, 0], nodes[k, 1]
+                a += 1
+        elif end - i == 1:
+            x, y, r = nodes[i, 0], nodes[i, 1], nodes[i, 2]
+            left[0, 0], left[0, 1] = x + r, y
+            a = _arc(left, a + 1, x, y, r, 1.0, 0.0, 2.0 * math.pi, tolerance)
+        else:
+            x, y, r = nodes[i, 0], nodes[i, 1], nodes[i, 2]
+            dx, dy = nodes[i + 1, 0] - x, nodes[i + 1, 1] - y
+            length = math.sqrt(dx * dx + dy * dy)
+            nx, ny = -dy / length, dx / length
+            # Viewers that antialias two pieces each for itself let paper shine through where they meet, the more the
+            # denser they are: they overlap a little, by what is hardly seen where both are laid.
+            if kind[m] & 1 == 0:
+                back = min(LAP * opacity[m] / (1.04 - opacity[m]), 25.0 * LAP) / length
+                x, y = x - back * dx, y - back * dy
+            else:
+                a = _arc(left, a, x, y, r, -nx, -ny, -math.pi, tolerance)
+            left[a, 0], left[a, 1] = x + r * nx, y + r * ny
+            right[0, 0], right[0, 1] = x - r * nx, y - r * ny
+            a, b = a + 1, 1
+            for k in range(i + 1, end - 1):
+                x, y, r = nodes[k, 0], nodes[k, 1], nodes[k, 2]
+                dx, dy = nodes[k + 1, 0] - x, nodes[k + 1, 1] - y
+                ahead = math.sqrt(dx * dx + dy * dy)
+                mx, my = -dy / ahead, dx / ahead
+                dot, cross = nx * mx + ny * my, nx * my - ny * mx
+                # tan(half the turn) = |cross| / (1 + dot): how far back along the segments the inner mitre reaches.
+                if dot > 0.5 and r * abs(cross) <= 0.9 * (1.0 + dot) * min(length, ahead):
+                    ux, uy = r * (nx + mx) / (1.0 + dot), r * (ny + my) / (1.0 + dot)
+                    left[a, 0], left[a, 1] = x + ux, y + uy
+                    right[b, 0], right[b, 1] = x - ux, y - uy
+                    a, b = a + 1, b + 1
+                else:
+                    # Through the corner itself on the inner side, so that every part of the polygon turns the same
+                    # way round and nothing cancels under the nonzero rule; around it on the outer side.
+                    angle = math.atan2(cross, dot)
+                    left[a, 0], left[a, 1] = x + r * nx, y + r * ny
+                    right[b, 0], right[b, 1] = x - r * nx, y - r * ny
+                    a, b = a + 1, b + 1
+                    if angle > 0.0:
+                        left[a, 0], left[a, 1] = x, y
+                        a += 1
+                        b = _arc(right, b, x, y, r, -nx, -ny, angle, tolerance)
+                    else:
+                        right[b, 0], right[b, 1] = x, y
+                        b += 1
+                        a = _arc(left, a, x, y, r, nx, ny, angle, tolerance)
+                    left[a, 0], left[a, 1] = x + r * mx, y + r * my
+                    right[b, 0], right[b, 1] = x - r * mx, y - r * my
+                    a, b = a + 1, b + 1
+                nx, ny, length = mx, my, ahead
+            x, y, r = nodes[end - 1, 0], nodes[end - 1, 1], nodes[end - 1, 2]
+            left[a, 0], left[a, 1] = x + r * nx, y + r * ny
+            right[b, 0], right[b, 1] = x - r * nx, y - r * ny
+            a, b = a + 1, b + 1
+            if kind[m] & 2:
+                a = _arc(left, a, x, y, r, nx, ny, -math.pi, tolerance)
+        if n + a + b > len(points):
+            grown = np.empty((2 * (n + a + b), 2), np.int32)
+            for k in range(n):
+                grown[k, 0], grown[k, 1] = points[k, 0], points[k, 1]
+            points = grown
+        begin = n
+        for k in range(a + b):
+            x, y = (left[k, 0], left[k, 1]) if k < a else (right[a + b - 1 - k, 0], right[a + b - 1 - k, 1])
+            px, py = int(math.floor(x * scale + 0.5)), int(math.floor(y * scale + 0.5))
+            if n == begin or px != points[n - 1, 0] or py != points[n - 1, 1]:
+                points[n, 0], points[n, 1] = px, py
+                n += 1
+        if width[m] == 0.0:
+            if n - begin > 1 and points[n - 1, 0] == points[begin, 0] and points[n - 1, 1] == points[begin, 1]:
+                n -= 1
+            if n - begin < 3:
+                n = begin
+        ends[q] = n
+    return points, ends

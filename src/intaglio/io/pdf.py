@@ -1,0 +1,62 @@
+"""PDF: a plate as one page of its size, the same paths as in SVG, a layer of the drawing being a PDF layer."""
+
+# ISO 32000-1, "Portable Document Format, part 1: PDF 1.7", 2008.
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from datetime import UTC, datetime
+
+import numpy as np
+
+from intaglio.drawing import Drawing, Layer
+from intaglio.io.outline import UNIT, dot_nodes, layer_paths
+
+MM = 72 / 25.4  # points
+LARGEST_MM = 200 * 25.4  # beyond 14,400 points a page is not portable (ISO 32000-1, annex C)
+
+
+def pdf_bytes(drawing: Drawing) -> bytes:
+    """The whole file; equal drawings give equal bytes. A plate larger than 5080 mm is shown smaller, with a user unit."""
+    from fpdf import FPDF
+
+    shrink = max(1.0, np.ceil(max(drawing.width_mm, drawing.height_mm) / LARGEST_MM))
+    pdf = FPDF(unit="mm", format=(drawing.width_mm / shrink, drawing.height_mm / shrink))
+    pdf.set_creation_date(datetime(2000, 1, 1, tzinfo=UTC))
+    pdf.set_producer("intaglio")
+    pdf.set_title(drawing.title)
+    pdf.set_margin(0)
+    pdf.set_auto_page_break(False)
+    pdf.add_page()
+    with pdf.optional_content(label="paper"):
+        pdf.set_fill_color(drawing.paper)
+        pdf.rect(0, 0, pdf.w, pdf.h, style="F")
+    scale = MM * UNIT / shrink
+    for layer in drawing.layers:
+        with pdf.optional_content(label=layer.name), pdf.local_context(fill_color=layer.colour, draw_color=layer.colour):
+            # Whole numbers of UNIT from the upper left corner.
+            pdf._out(f"{scale:.8f} 0 0 {-scale:.8f} 0 {pdf.h_pt:.4f} cm 1 J 1 j")
+            for opacity, operators in _layer(layer):
+                with pdf.local_context(fill_opacity=opacity, stroke_opacity=opacity):
+                    pdf._out(operators)
+    return bytes(pdf.output())
+
+
+def _layer(layer: Layer) -> Iterator[tuple[float, str]]:
+    """Operators that draw everything of one opacity, for each opacity."""
+    paths = layer_paths(layer)
+    numbers = list(map(str, paths.points.ravel().tolist()))
+    vertices = [f"{x} {y}" for x, y in zip(numbers[::2], numbers[1::2], strict=True)]
+    ends = paths.offsets.tolist()
+    dots = dot_nodes(layer)
+    level = np.round(dots[:, 3], 2)
+    for opacity in np.unique(np.concatenate([paths.opacity, level[level > 0]])).tolist():
+        lines = []
+        for i in np.flatnonzero(paths.opacity == opacity).tolist():
+            width = paths.width[i]
+            before, after = (f"{width / UNIT:.6g} w ", " S") if width else ("", " f")
+            lines.append(f"{before}{vertices[ends[i]]} m {' l '.join(vertices[ends[i] + 1 : ends[i + 1]])} l{after}")
+        # A line to where it began, with round caps, is a disc.
+        for x, y, r, _ in (dots[level == opacity] / [UNIT, UNIT, UNIT, 1]).tolist():
+            lines.append(f"{2 * r:.1f} w {x:.0f} {y:.0f} m {x:.0f} {y:.0f} l S")
+        yield opacity, "\n".join(lines)

@@ -1,0 +1,60 @@
+"""The main job: from a volume to a hatched plate."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from intaglio.camera import Camera
+from intaglio.compute import Progress
+from intaglio.drawing import Drawing
+from intaglio.errors import InputError
+from intaglio.gbuffer import GBuffer
+from intaglio.ink.hatching import Hatching, hatching_layers
+from intaglio.ink.lines import contour_layer
+from intaglio.ink.styles import style as named_style
+from intaglio.lighting import Light, Material
+from intaglio.render.isosurface import isosurface
+from intaglio.volume import Volume
+
+# A key from the upper left, and a weak lamp beside the viewer that models what the key leaves in shadow.
+PLATE_LIGHTS = (Light(intensity=0.72), Light(direction=(0.5, 0.0, 0.8), intensity=0.25))
+PLATE_MATERIAL = Material(ambient=0.06, diffuse=0.95, specular=0.12, shininess=12.0)
+
+
+def draw(gb: GBuffer, hatching: Hatching, *, width_mm: float = 160.0, seed: int = 0, title: str = "") -> Drawing:
+    """Hatching and contours of what is in a G-buffer, on paper `width_mm` wide."""
+    if not 5 <= width_mm <= 5000:
+        raise InputError(f"width_mm must be between 5 and 5000, not {width_mm!r}")
+    w, h = gb.camera.size
+    scale = width_mm / w
+    layers = hatching_layers(gb, hatching, scale, seed=seed)
+    if hatching.contour > 0:
+        layers.append(
+            contour_layer(gb, scale, width=hatching.contour, shortest=hatching.contour_shortest, colour=hatching.ink)
+        )
+    return Drawing(tuple(layers), width_mm, h * scale, hatching.paper, title)
+
+
+def hatch(
+    volume: Volume,
+    *,
+    iso: float,
+    camera: Camera,
+    style: str | Hatching = "pencil",
+    seed: int = 0,
+    width_mm: float = 160.0,
+    lights: Sequence[Light] = PLATE_LIGHTS,
+    material: Material = PLATE_MATERIAL,
+    progress: Progress | None = None,
+    **parameters: Any,
+) -> Drawing:
+    """Hatch the isosurface of a volume: G-buffer, direction field, streamlines, strokes, contours.
+
+    style       a name from `styles()`, or a Hatching; single parameters of it may be given as keywords
+    width_mm    of the paper; the camera's image sets its height and how fine the surface is seen
+    Equal input and seed give an equal Drawing, whatever the number of threads.
+    """
+    hatching = named_style(style, **parameters) if isinstance(style, str) else style
+    gb = isosurface(volume, iso, camera, lights=lights, material=material, progress=progress)
+    return draw(gb, hatching, width_mm=width_mm, seed=seed, title=f"{volume.name}, iso {iso:g}")

@@ -1,0 +1,196 @@
+"""Hatching: tone from evenly spaced strokes along the surface's form."""
+
+# M. Gerl, "Volume hatching", 2006: strokes cut from streamlines by light, layers of tone, crosshatching.
+# Unlike there, layers are nested: each one's lines run between those of the layer before.
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+from intaglio.compute import Progress
+from intaglio.drawing import Layer, Strokes, check_colour
+from intaglio.errors import InputError
+from intaglio.gbuffer import GBuffer
+from intaglio.ink.direction import blurred, direction_field
+from intaglio.ink.streamlines import streamlines
+from intaglio.ink.strokes import (
+    arc_length,
+    line_of,
+    pack,
+    reversed_where,
+    runs,
+    sample,
+    sideways,
+    taper,
+    wander,
+)
+
+Floats = NDArray[np.float32]
+
+# Length of lines per area, times separation, that `streamlines` really lays: a little less than one line every separation.
+DENSITY = 0.87
+
+
+def _option(default: object, help: str, low: float | None = None, high: float | None = None) -> object:
+    return field(default=default, metadata={"help": help, "low": low, "high": high})
+
+
+@dataclass(frozen=True, kw_only=True)
+class Hatching:
+    """Parameters of a hatched tone; lengths in mm on paper. Layers come in the order of rising darkness."""
+
+    separation: float = _option(0.9, "distance of lines in the lightest layer, mm", 0.1, 50)  # type: ignore[assignment]
+    layers: int = _option(2, "layers along the form; each one halves the distance", 1, 4)  # type: ignore[assignment]
+    crosshatch: int = _option(0, "further layers across, for the darkest tones", 0, 4)  # type: ignore[assignment]
+    angle: float = _option(90.0, "angle of crosshatching to hatching, degrees", 1, 179)  # type: ignore[assignment]
+    thinnest: float = _option(0.08, "width of a line where tone begins, mm", 0.005, 10)  # type: ignore[assignment]
+    thickest: float = _option(0.34, "width of a line at its darkest, mm", 0.01, 10)  # type: ignore[assignment]
+    opacity: float = _option(1.0, "opacity of a line at its darkest", 0.02, 1)  # type: ignore[assignment]
+    pressure: float = _option(0.0, "part of the tone made by opacity, not width", 0, 1)  # type: ignore[assignment]
+    white: float = _option(0.8, "brightness above which paper stays blank", 0.02, 1.5)  # type: ignore[assignment]
+    black: float = _option(0.12, "brightness below which tone is darkest", 0, 1)  # type: ignore[assignment]
+    contrast: float = _option(1.3, "exponent of darkness: more keeps middle tones lighter", 0.2, 5)  # type: ignore[assignment]
+    smoothing: float = _option(6.0, "distance over which stroke directions are averaged, mm", 0, 100)  # type: ignore[assignment]
+    passes: int = _option(3, "passes of that averaging", 1, 20)  # type: ignore[assignment]
+    evenness: float = _option(0.6, "how near lines may come, as a part of their distance", 0.1, 1)  # type: ignore[assignment]
+    blur: float = _option(0.7, "distance over which light is averaged, mm", 0, 100)  # type: ignore[assignment]
+    shortest: float = _option(1.5, "strokes shorter than this are left out, mm", 0, 100)  # type: ignore[assignment]
+    taper: float = _option(1.0, "length over which strokes thin out, mm", 0, 100)  # type: ignore[assignment]
+    wobble: float = _option(0.0, "unsteadiness of the hand, mm", 0, 5)  # type: ignore[assignment]
+    ragged: float = _option(0.02, "spread of the darkness at which strokes end", 0, 0.5)  # type: ignore[assignment]
+    contour: float = _option(0.42, "width of contours, mm; 0 for none", 0, 10)  # type: ignore[assignment]
+    contour_shortest: float = _option(2.5, "contours shorter than this are left out, mm", 0, 100)  # type: ignore[assignment]
+    ink: str = _option("#000000", "colour of strokes, #rrggbb")  # type: ignore[assignment]
+    paper: str = _option("#ffffff", "colour of paper, #rrggbb")  # type: ignore[assignment]
+
+    def __post_init__(self) -> None:
+        for item in fields(self):
+            value, low, high = getattr(self, item.name), item.metadata["low"], item.metadata["high"]
+            if low is not None and not low <= value <= high:
+                raise InputError(f"{item.name} must be between {low:g} and {high:g}, not {value!r}")
+        if self.thinnest > self.thickest:
+            raise InputError(f"thinnest must not be above thickest ({self.thickest:g} mm), not {self.thinnest!r}")
+        if self.black >= self.white:
+            raise InputError(f"black must be below white ({self.white:g}), not {self.black!r}")
+        check_colour(self.ink)
+        check_colour(self.paper)
+
+
+@dataclass(frozen=True)
+class _Tone:
+    """One layer: lines turned by `angle`, `separation` mm apart, carrying the darkness from `begin` to `end`."""
+
+    name: str
+    angle: float
+    separation: float
+    begin: float
+    end: float
+
+
+def darkness(gb: GBuffer, hatching: Hatching, blur: float = 0.0) -> Floats:
+    """(h, w) requested tone: the share of the paper to be covered, 0 .. what all layers together can print.
+
+    blur  pixels over which light is averaged on each surface, so that noise does not break strokes
+    """
+    light = blurred(gb, gb.brightness, blur) if blur > 0.3 else gb.brightness
+    d = np.clip((hatching.white - light) / (hatching.white - hatching.black), 0.0, 1.0)
+    return np.where(gb.mask, tones(hatching)[-1].end * d**hatching.contrast, 0.0).astype(np.float32)
+
+
+def tones(hatching: Hatching) -> list[_Tone]:
+    """The layers and the darkness that each adds, from what share of the paper its ink covers."""
+    full = DENSITY * hatching.thickest * hatching.opacity
+    out: list[_Tone] = []
+    covered = 0.0
+    for cross, count in ((0, hatching.layers), (1, hatching.crosshatch)):
+        lines = below = 0.0
+        under = covered
+        for i in range(count):
+            more = full / hatching.separation * (2 ** (i - 1) if i else 1)
+            lines = min(lines + more, 1.0)
+            # Along the form, nested lines do not overlap; lines across cover what the others left free.
+            covered = 1.0 - (1.0 - under) * (1.0 - lines)
+            name = f"{'crosshatching' if cross else 'hatching'} {i + 1}"
+            out.append(_Tone(name, cross * hatching.angle, hatching.separation / 2**i, max(below, 0.0) if i else under, covered))
+            below = covered
+    return out
+
+
+def _turned(field_: Floats, degrees: float) -> Floats:
+    if degrees == 0.0:
+        return field_
+    c, s = math.cos(math.radians(2 * degrees)), math.sin(math.radians(2 * degrees))
+    return np.stack([c * field_[0] - s * field_[1], s * field_[0] + c * field_[1]]).astype(np.float32)
+
+
+def hatching_layers(
+    gb: GBuffer, hatching: Hatching, mm_per_pixel: float, *, seed: int = 0, progress: Progress | None = None
+) -> list[Layer]:
+    """Layers of strokes whose ink covers as much paper as the light asks for; dark ends first.
+
+    mm_per_pixel  scale of the plate
+    seed          of the hand's randomness
+    """
+    rng = np.random.default_rng(seed)
+    dark = darkness(gb, hatching, hatching.blur / mm_per_pixel)
+    lines_along = direction_field(gb, hatching.smoothing / mm_per_pixel, hatching.passes)
+    layers: list[Layer] = []
+    beside: dict[float, Floats] = {}
+    plan = tones(hatching)
+    for done, tone in enumerate(plan):
+        if progress:
+            progress(done, len(plan))
+        lines = streamlines(
+            _turned(lines_along, tone.angle),
+            tone.separation / mm_per_pixel,
+            allowed=dark > tone.begin - 2 * hatching.ragged,
+            edge=gb.edge,
+            test=hatching.evenness,
+            beside=beside.get(tone.angle),
+        )
+        beside[tone.angle] = np.concatenate([beside[tone.angle], lines.points]) if tone.angle in beside else lines.points
+        strokes = _strokes(lines.points, lines.offsets, dark, tone, hatching, mm_per_pixel, rng)
+        layers.append(Layer(tone.name, strokes, colour=hatching.ink))
+    if progress:
+        progress(len(plan), len(plan))
+    return layers
+
+
+def _strokes(
+    points: Floats,
+    offsets: NDArray[np.int64],
+    dark: Floats,
+    tone: _Tone,
+    hatching: Hatching,
+    mm_per_pixel: float,
+    rng: np.random.Generator,
+) -> Strokes:
+    """Cut streamlines where it is too bright for them; width and opacity from how dark it is."""
+    ragged = rng.normal(0.0, hatching.ragged, len(offsets) - 1).astype(np.float32)
+    if len(offsets) < 2:
+        return Strokes.none()
+    load = np.clip((sample(dark, points) - tone.begin + ragged[line_of(offsets)]) / (tone.end - tone.begin), 0.0, 1.0)
+    by_width = load ** (1.0 - hatching.pressure)
+    index, offsets = runs(by_width * hatching.thickest >= hatching.thinnest, offsets)
+    points, load = points[index], load[index]
+
+    along = arc_length(points, offsets)
+    long_enough = along[offsets[1:] - 1] * mm_per_pixel >= hatching.shortest if len(along) else np.zeros(0, dtype=bool)
+    index, offsets = runs(np.repeat(long_enough, np.diff(offsets)), offsets)
+    points, load = points[index], load[index]
+    if len(points) == 0:
+        return Strokes.none()
+
+    turned = reversed_where(load[offsets[:-1]] < load[offsets[1:] - 1], offsets)
+    points, load = points[turned] * np.float32(mm_per_pixel), load[turned]
+    if hatching.wobble > 0:
+        along = arc_length(points, offsets)
+        points = points + sideways(points, offsets) * wander(offsets, along, hatching.wobble, 9.0, rng)[:, None]
+    ends = taper(points, offsets, hatching.taper, hatching.taper)
+    width = hatching.thickest * load ** (1.0 - hatching.pressure) * ends
+    opacity = hatching.opacity * load**hatching.pressure
+    return pack(points, width, opacity, offsets)

@@ -10,7 +10,7 @@ from concurrent.futures import Future, ThreadPoolExecutor, as_completed
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import numba
 import numba.core.event as numba_event
@@ -19,7 +19,6 @@ import numpy as np
 from intaglio.errors import InputError
 
 Progress = Callable[[int, int], None]
-Function = TypeVar("Function", bound=Callable[..., Any])
 
 FASTMATH = {"contract", "reassoc", "arcp", "nsz"}
 
@@ -47,24 +46,24 @@ def _cache_folder() -> str:
     return str(folder)
 
 
-def _jit(function: Function, **options: Any) -> Function:
+def _jit(function: Callable[..., Any], **options: Any) -> Callable[..., Any]:
     folder = _cache_folder()
     before = numba.config.CACHE_DIR
     numba.config.CACHE_DIR = folder or before
     try:
         jit = numba.njit(nogil=True, cache=bool(folder), error_model="numpy", fastmath=FASTMATH, **options)
-        compiled: Function = jit(function)
+        compiled: Callable[..., Any] = jit(function)
         return compiled
     finally:
         numba.config.CACHE_DIR = before
 
 
-def kernel(function: Function) -> Function:
+def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compile a function of arrays and numbers: no interpreter lock, cached on disk, vectorizable float arithmetic."""
     return _jit(function)
 
 
-def helper(function: Function) -> Function:
+def helper(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compile a small function that kernels call; LLVM inlines it, so that the caller's loops can vectorize."""
     return _jit(function, forceinline=True)
 

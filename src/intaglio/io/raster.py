@@ -89,9 +89,6 @@ def _packed(
         dots = dot_nodes(layer)
         strokes[:, :3] *= scale
         dots[:, :3] *= scale
-        # Thinner than a pixel: a pixel wide and as much fainter, so that the ink is the same.
-        strokes[:, 3] *= np.minimum(2 * strokes[:, 2], 1.0)
-        strokes[:, 2] = np.maximum(strokes[:, 2], 0.5)
         # A disc with an edge one pixel soft has the area pi (r^2 + 1/12).
         square = dots[:, 2] ** 2
         dots[:, 3] *= np.minimum(3 * square, 1.0)
@@ -126,7 +123,7 @@ def _bins(nodes, ends, width, height, tile):  # type: ignore[no-untyped-def]
             if ends[i] and i > 0 and not ends[i - 1]:
                 continue
             ax, ay, bx, by = nodes[i, 0], nodes[i, 1], nodes[j, 0], nodes[j, 1]
-            reach = max(nodes[i, 2], nodes[j, 2]) + np.float32(0.5)
+            reach = max(nodes[i, 2], nodes[j, 2], np.float32(0.5)) + np.float32(0.5)
             top, bottom = min(ay, by) - reach, max(ay, by) + reach
             if top >= height or bottom < 0 or min(ax, bx) - reach >= width or max(ax, bx) + reach < 0:
                 continue
@@ -155,7 +152,8 @@ def _paint(nodes, ends, first, colours, entries, x0, y0, canvas):  # type: ignor
     """Lay the chains over a tile, one after the other.
 
     Within a chain the largest opacity counts, so that its joints are no darker than the rest:
-    ink = max over segments of opacity(t) clamp(1/2 + r(t) - |p - a - t (b - a)|), t the nearest point's place.
+    ink = max over segments of opacity(t) clamp(1/2 + r(t) - |p - a - t (b - a)|), t the nearest point's place;
+    where the line is thinner than a pixel, that of one a pixel wide, as much fainter: 2 r(t) clamp(1 - |...|).
     """
     zero, half, one = np.float32(0.0), np.float32(0.5), np.float32(1.0)
     height, width = canvas.shape[0], canvas.shape[1]
@@ -175,7 +173,7 @@ def _paint(nodes, ends, first, colours, entries, x0, y0, canvas):  # type: ignor
         dr, do = nodes[j, 2] - ar, nodes[j, 3] - ao
         square = dx * dx + dy * dy
         inverse = one / square if square > np.float32(1e-12) else zero
-        reach = max(ar, ar + dr) + half
+        reach = max(ar, ar + dr, half) + half
         low = max(int(math.floor(min(ay, ay + dy) - reach)), 0)
         high = min(int(math.ceil(max(ay, ay + dy) + reach)), height)
         for py in range(low, high):
@@ -191,9 +189,10 @@ def _paint(nodes, ends, first, colours, entries, x0, y0, canvas):  # type: ignor
                 x = np.float32(px) + half - ax
                 t = min(max((x * dx + y * dy) * inverse, zero), one)
                 ex, ey = x - t * dx, y - t * dy
-                cover = half + ar + t * dr - math.sqrt(ex * ex + ey * ey)
+                r = ar + t * dr
+                cover = half + max(r, half) - math.sqrt(ex * ex + ey * ey)
                 if cover > zero:
-                    value = min(cover, one) * (ao + t * do)
+                    value = min(cover, one) * min(r + r, one) * (ao + t * do)
                     k = py * width + px
                     old = ink[k]
                     if value > old:

@@ -12,9 +12,14 @@ if TYPE_CHECKING:
     from intaglio.drawing import Drawing as Drawing, Image as Image
     from intaglio.errors import InputError as InputError
     from intaglio.gbuffer import GBuffer as GBuffer
+    from intaglio.plate import draw as draw, hatch as hatch, surface_camera as surface_camera
+    from intaglio.ink.styles import Hatching as Hatching, styles as styles
     from intaglio.io.volumes import read_volume as read_volume
     from intaglio.lighting import Light as Light, Material as Material
     from intaglio.mesh import TriangleMesh as TriangleMesh
+    from intaglio.rendering.isosurface import isosurface as isosurface
+    from intaglio.rendering.isovalue import body_surface as body_surface
+    from intaglio.rendering.shade import shade as shade
     from intaglio.transfer_function import TransferFunction as TransferFunction
     from intaglio.volume import Volume as Volume
 
@@ -23,6 +28,7 @@ _PUBLIC = {
     "Camera": "camera",
     "Drawing": "drawing",
     "GBuffer": "gbuffer",
+    "Hatching": "ink.styles",
     "Image": "drawing",
     "InputError": "errors",
     "Light": "lighting",
@@ -30,7 +36,14 @@ _PUBLIC = {
     "TransferFunction": "transfer_function",
     "TriangleMesh": "mesh",
     "Volume": "volume",
+    "body_surface": "rendering.isovalue",
+    "draw": "plate",
+    "hatch": "plate",
+    "isosurface": "rendering.isosurface",
     "read_volume": "io.volumes",
+    "shade": "rendering.shade",
+    "styles": "ink.styles",
+    "surface_camera": "plate",
 }
 
 __all__ = sorted(_PUBLIC)  # noqa: PLE0605

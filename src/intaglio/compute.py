@@ -25,15 +25,16 @@ FASTMATH = {"contract", "reassoc", "arcp", "nsz"}
 
 @cache
 def _cache_folder() -> str:
-    """A folder for compiled kernels that changes with the package's source.
+    """A folder for compiled kernels that changes with the source of all modules that may hold them.
 
     numba looks only at the file a kernel stands in, not at the helpers that it inlines from others.
     """
     package = Path(__file__).parent
     stamp = hashlib.sha256(numba.__version__.encode())
     for source in sorted(package.rglob("*.py")):
-        info = source.stat()
-        stamp.update(f"{source}{info.st_size}{info.st_mtime_ns}".encode())
+        text = source.read_bytes()
+        if b"intaglio.compute import" in text:
+            stamp.update(str(source).encode() + text)
     try:
         root = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "intaglio" / "kernels"
         folder = root / stamp.hexdigest()[:16]

@@ -35,12 +35,14 @@ class Contours:
 def _link(edge, depth, links):  # type: ignore[no-untyped-def]
     """links[2 (y w + x) + side] = the one or two crossings that follow it, -1 for none.
 
-    Every square of four pixel centres has up to four crossings on its sides. Two are joined. Of more, those whose near
-    surfaces are most alike in depth are joined first: a contour that ends behind another does not turn into it.
+    Every square of four pixel centres has up to four crossings on its sides. Two are joined. Of more, those with the
+    background behind them are joined first, so that the outline stays whole; then those whose near surfaces are most
+    alike in depth: a contour that ends behind another does not turn into it.
     """
     h, w = depth.shape
     node = np.empty(4, dtype=np.int64)
     near = np.empty(4)
+    closed = np.empty(4)
     for y in range(h - 1):
         for x in range(w - 1):
             n = 0
@@ -51,7 +53,10 @@ def _link(edge, depth, links):  # type: ignore[no-untyped-def]
                 way = 0 if side < 2 else 1
                 if edge[ey, ex, way] >= 0.0:
                     node[n] = 2 * (ey * w + ex) + way
-                    near[n] = min(depth[ey, ex], depth[ey + way, ex + 1 - way])
+                    a = depth[ey, ex]
+                    b = depth[ey + way, ex + 1 - way]
+                    near[n] = min(a, b)
+                    closed[n] = 0.0 if max(a, b) == np.inf else 1e6
                     n += 1
             while n >= 2:
                 best = np.inf
@@ -59,8 +64,9 @@ def _link(edge, depth, links):  # type: ignore[no-untyped-def]
                 q = 1
                 for a in range(n):
                     for b in range(a + 1, n):
-                        if abs(near[a] - near[b]) < best:
-                            best = abs(near[a] - near[b])
+                        unlike = abs(near[a] - near[b]) + closed[a] + closed[b]
+                        if unlike < best:
+                            best = unlike
                             p = a
                             q = b
                 i = node[p]
@@ -72,6 +78,7 @@ def _link(edge, depth, links):  # type: ignore[no-untyped-def]
                     n -= 1
                     node[gone] = node[n]
                     near[gone] = near[n]
+                    closed[gone] = closed[n]
 
 
 @kernel

@@ -18,18 +18,25 @@ def contour_layer(
     points, offsets = contours.points, contours.offsets
     if len(points) == 0:
         return Layer("contour", Strokes.none(), colour=colour)
-    length = arc_length(points, offsets)[offsets[1:] - 1] * mm_per_pixel
-    index, offsets = runs(np.repeat(length >= shortest, np.diff(offsets)), offsets)
-    if len(index) == 0:
-        return Layer("contour", Strokes.none(), colour=colour)
-    points, jump, light = points[index], contours.jump[index], contours.light[index]
-
     # A jump as deep as a tenth of the subject counts like the background.
     depth = gb.depth[gb.mask]
     reach = 0.1 * float(depth.max() - depth.min()) + 1e-6
-    weight = (0.5 + 0.5 * np.sqrt(np.clip(jump / reach, 0.0, 1.0))) * (1.15 - 0.45 * light)
-    weight = smoothed(weight, offsets, 12)
+    strength = np.sqrt(np.clip(contours.jump / reach, 0.0, 1.0))
+
+    # Faint contours must be longer to stay: noise makes short ones.
+    length = arc_length(points, offsets)[offsets[1:] - 1] * mm_per_pixel
+    mean = np.add.reduceat(strength, offsets[:-1]) / np.diff(offsets)
+    index, offsets = runs(np.repeat(length >= shortest * (3.0 - 2.0 * mean), np.diff(offsets)), offsets)
+    if len(index) == 0:
+        return Layer("contour", Strokes.none(), colour=colour)
+    points, strength, light = points[index], strength[index], contours.light[index]
+    weight = smoothed((0.5 + 0.5 * strength) * (1.15 - 0.45 * light), offsets, 12)
     points = smoothed(points, offsets, 2) * np.float32(mm_per_pixel)
-    closed = np.all(points[offsets[:-1]] == points[offsets[1:] - 1], axis=1)
-    ends = np.where(np.repeat(closed, np.diff(offsets)), 1.0, taper(points, offsets, 6 * width, 6 * width))
-    return Layer("contour", pack(points, width * weight * ends, np.full(len(points), opacity), offsets), colour=colour)
+
+    # An end that fades into the surface is drawn out; one that meets another contour is not.
+    first, last = offsets[:-1], offsets[1:] - 1
+    closed = (points[first] == points[last]).all(axis=1)
+    begin = np.where(closed | (strength[first] > 0.6), 0.0, 8 * width)
+    end = np.where(closed | (strength[last] > 0.6), 0.0, 8 * width)
+    thickness = width * weight * taper(points, offsets, begin, end)
+    return Layer("contour", pack(points, thickness, np.full(len(points), opacity), offsets), colour=colour)

@@ -62,17 +62,23 @@ def reversed_where(flip: NDArray[np.bool_], offsets: NDArray[np.int64]) -> NDArr
     return np.where(np.repeat(flip, np.diff(offsets)), turned, index)
 
 
-def taper(points: Floats, offsets: NDArray[np.int64], begin: float, end: float) -> Floats:
+def taper(points: Floats, offsets: NDArray[np.int64], begin: Floats | float, end: Floats | float) -> Floats:
     """(n,) factor that rises from 0 over the first `begin` and falls to 0 over the last `end` units of each line.
 
-    Lines shorter than both together keep their proportions.
+    begin and end may be given for each line; 0 leaves that end blunt. Lines shorter than both keep their proportions.
     """
     along = arc_length(points, offsets)
-    total = np.repeat(along[offsets[1:] - 1], np.diff(offsets)) if len(along) else along
-    shrink = np.minimum(1.0, total / max(begin + end, 1e-6))
-    rise = np.clip(along / np.maximum(begin * shrink, 1e-6), 0.0, 1.0) if begin > 0 else np.ones_like(along)
-    fall = np.clip((total - along) / np.maximum(end * shrink, 1e-6), 0.0, 1.0) if end > 0 else np.ones_like(along)
-    both = rise * fall
+    if len(along) == 0:
+        return along
+    count = np.diff(offsets)
+    total = along[offsets[1:] - 1]
+    begin, end = np.broadcast_to(begin, total.shape), np.broadcast_to(end, total.shape)
+    shrink = np.minimum(1.0, total / np.maximum(begin + end, 1e-6))
+    rise, fall = np.repeat(np.maximum(begin * shrink, 1e-6), count), np.repeat(np.maximum(end * shrink, 1e-6), count)
+    blunt_begin, blunt_end = np.repeat(begin == 0, count), np.repeat(end == 0, count)
+    up = np.where(blunt_begin, 1.0, np.minimum(along / rise, 1.0))
+    down = np.where(blunt_end, 1.0, np.minimum((np.repeat(total, count) - along) / fall, 1.0))
+    both = up * down
     return np.sqrt(both * (2.0 - both)).astype(np.float32)
 
 

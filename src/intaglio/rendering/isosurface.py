@@ -17,8 +17,8 @@ from intaglio.compute import Progress, frozen, helper, kernel, tiles
 from intaglio.errors import InputError
 from intaglio.gbuffer import GBuffer
 from intaglio.lighting import DEFAULT_LIGHTS, Light, Material, packed_lights
-from intaglio.render.sampling import tricubic, trilinear
-from intaglio.render.skipping import BLOCK, surface_blocks
+from intaglio.rendering.sampling import tricubic, trilinear
+from intaglio.rendering.skipping import BLOCK, surface_blocks
 from intaglio.volume import Volume
 
 # Voxels between samples on a ray inside a block that can hold the surface.

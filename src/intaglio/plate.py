@@ -14,7 +14,9 @@ from intaglio.ink.hatching import Hatching, hatching_layers
 from intaglio.ink.lines import contour_layer
 from intaglio.ink.styles import style as named_style
 from intaglio.lighting import Light, Material
-from intaglio.render.isosurface import isosurface
+from intaglio.rendering.isosurface import isosurface
+from intaglio.rendering.isovalue import body_surface
+from intaglio.rendering.skipping import surface_blocks, surface_corners
 from intaglio.volume import Volume
 
 # A key from the upper left, and a weak lamp beside the viewer that models what the key leaves in shadow.
@@ -22,25 +24,29 @@ PLATE_LIGHTS = (Light(intensity=0.72), Light(direction=(0.5, 0.0, 0.8), intensit
 PLATE_MATERIAL = Material(ambient=0.06, diffuse=0.95, specular=0.12, shininess=12.0)
 
 
+def surface_camera(volume: Volume, iso: float, view: Any = "anterior", size: int | tuple[int, int] = 1024, **options: Any) -> Camera:
+    """`Camera.looking` at the part of the volume that holds the surface, so that empty margins of a scan do not count."""
+    blocks = surface_blocks(volume, iso)
+    return Camera.looking(view, at=surface_corners(volume, blocks) if blocks.any() else volume, size=size, **options)
+
+
 def draw(gb: GBuffer, hatching: Hatching, *, width_mm: float = 160.0, seed: int = 0, title: str = "") -> Drawing:
     """Hatching and contours of what is in a G-buffer, on paper `width_mm` wide."""
     if not 5 <= width_mm <= 5000:
         raise InputError(f"width_mm must be between 5 and 5000, not {width_mm!r}")
-    w, h = gb.camera.size
-    scale = width_mm / w
-    layers = hatching_layers(gb, hatching, scale, seed=seed)
+    width, height = gb.camera.size
+    mm = width_mm / width
+    layers = hatching_layers(gb, hatching, mm, seed=seed)
     if hatching.contour > 0:
-        layers.append(
-            contour_layer(gb, scale, width=hatching.contour, shortest=hatching.contour_shortest, colour=hatching.ink)
-        )
-    return Drawing(tuple(layers), width_mm, h * scale, hatching.paper, title)
+        layers.append(contour_layer(gb, mm, width=hatching.contour, shortest=hatching.contour_shortest, colour=hatching.ink))
+    return Drawing(tuple(layers), width_mm, height * mm, hatching.paper, title)
 
 
 def hatch(
     volume: Volume,
     *,
-    iso: float,
-    camera: Camera,
+    iso: float | None = None,
+    camera: Camera | None = None,
     style: str | Hatching = "pencil",
     seed: int = 0,
     width_mm: float = 160.0,
@@ -51,10 +57,14 @@ def hatch(
 ) -> Drawing:
     """Hatch the isosurface of a volume: G-buffer, direction field, streamlines, strokes, contours.
 
+    iso         default: the surface of the body, as `body_surface` finds it
+    camera      default: anterior, fitted to the surface; its image sets the plate's proportions and fineness
     style       a name from `styles()`, or a Hatching; single parameters of it may be given as keywords
-    width_mm    of the paper; the camera's image sets its height and how fine the surface is seen
-    Equal input and seed give an equal Drawing, whatever the number of threads.
+    width_mm    of the paper
+    Equal input and seed give an equal Drawing, whatever the number of threads. InputError for what cannot be drawn.
     """
-    hatching = named_style(style, **parameters) if isinstance(style, str) else style
+    hatching = named_style(style, **parameters)
+    iso = body_surface(volume)[0] if iso is None else iso
+    camera = camera or surface_camera(volume, iso)
     gb = isosurface(volume, iso, camera, lights=lights, material=material, progress=progress)
     return draw(gb, hatching, width_mm=width_mm, seed=seed, title=f"{volume.name}, iso {iso:g}")

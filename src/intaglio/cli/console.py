@@ -1,0 +1,57 @@
+"""What every command shares: the terminal, progress, reading of numbers."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+said = Console(stderr=True, highlight=False)
+out = Console(highlight=False, soft_wrap=True)
+
+
+class Steps:
+    """A progress bar a stage, on the terminal only; the seconds each one took."""
+
+    def __init__(self) -> None:
+        self.seconds: dict[str, float] = {}
+        self.bar = Progress(
+            TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(), console=said, transient=True, disable=not said.is_terminal
+        )
+
+    @contextmanager
+    def step(self, name: str) -> Iterator[Callable[[int, int], None]]:
+        begun = time.perf_counter()
+        task = self.bar.add_task(name, total=None)
+        yield lambda done, total: self.bar.update(task, completed=done, total=total)
+        self.bar.remove_task(task)
+        self.seconds[name] = time.perf_counter() - begun
+
+    def summary(self) -> str:
+        parts = ", ".join(f"{name} {seconds:.2f}" for name, seconds in self.seconds.items())
+        return f"{sum(self.seconds.values()):.2f} s ({parts})"
+
+
+@contextmanager
+def running() -> Iterator[Steps]:
+    from intaglio.compute import announcing_compilation
+
+    steps = Steps()
+    with steps.bar, announcing_compilation(lambda: said.print("Compiling kernels; this happens once and takes about half a minute.")):
+        yield steps
+
+
+def numbers(text: str, count: int, name: str) -> tuple[float, ...]:
+    try:
+        values = tuple(float(part) for part in text.replace("x", ",").split(","))
+    except ValueError:
+        values = ()
+    if len(values) == 1:
+        values *= count
+    if len(values) != count:
+        raise typer.BadParameter(f"must be {count} numbers separated by commas, not {text!r}", param_hint=name)
+    return values

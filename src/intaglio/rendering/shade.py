@@ -1,0 +1,34 @@
+"""A plain shaded picture of a G-buffer."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from intaglio.drawing import Image
+from intaglio.errors import InputError
+from intaglio.gbuffer import GBuffer
+
+
+def shade(
+    gb: GBuffer,
+    *,
+    colour: tuple[float, float, float] = (1.0, 0.98, 0.94),
+    background: tuple[float, float, float, float] = (1.0, 1.0, 1.0, 1.0),
+    reduce: int = 1,
+) -> Image:
+    """Ambient and diffuse light times colour, plus white highlights; over the background.
+
+    reduce  each picture pixel is the mean of reduce x reduce pixels of the G-buffer, which smooths its edges
+    """
+    h, w = gb.depth.shape
+    if not 1 <= reduce <= min(h, w):
+        raise InputError(f"reduce must be between 1 and the image's side, not {reduce!r}")
+    rgba = np.empty((h, w, 4), dtype=np.float32)
+    body = gb.light[..., 0] + gb.light[..., 1]
+    rgba[..., :3] = np.clip(body[..., None] * np.float32(colour) + gb.light[..., 2, None], 0.0, 1.0)
+    rgba[..., 3] = 1.0
+    rgba[~gb.mask] = background
+    if reduce > 1:
+        h, w = h // reduce, w // reduce
+        rgba = rgba[: h * reduce, : w * reduce].reshape(h, reduce, w, reduce, 4).mean(axis=(1, 3))
+    return Image(rgba)

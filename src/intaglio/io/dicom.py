@@ -123,5 +123,8 @@ def read_dicom(
     if len(slices) == 1 and _depth(slices) > 1:
         return _read_frames(slices[0], notes)
     check_shape(name, (*slices[0].size[:2], len(slices)))
-    slices, matrix, assumed = sort_slices(name, slices)
+    try:
+        slices, matrix, assumed = sort_slices(name, slices)
+    except InputError as error:
+        raise InputError(f"{error} (not readable: {', '.join(left_out[:3])})" if left_out else str(error)) from None
     return _read_pixels(name, slices, progress), matrix, notes + assumed

@@ -57,7 +57,7 @@ def _values(reader: sitk.ImageFileReader, tag: str, count: int) -> list[float] |
 
 
 def _text(reader: sitk.ImageFileReader, tag: str) -> str:
-    return str(reader.GetMetaData(tag)).strip(" \0") if reader.HasMetaDataKey(tag) else ""
+    return " ".join(str(reader.GetMetaData(tag)).strip("\0").split()) if reader.HasMetaDataKey(tag) else ""
 
 
 def read_header(path: Path) -> Slice | None:
@@ -71,9 +71,12 @@ def read_header(path: Path) -> Slice | None:
     axes = _values(reader, "0020|0037", 6)
     thickness = _values(reader, "0018|0088", 1) or _values(reader, "0018|0050", 1)
     try:
-        dtype = itk.dtype_of(reader, path.name)
+        dtype: np.dtype[Any] | None = itk.dtype_of(reader, path.name)
     except InputError:
         dtype = None
+    bits = _values(reader, "0028|0100", 1)
+    if dtype == np.float64 and bits and bits[0] <= 16:
+        dtype = np.dtype(np.float32)  # GDCM rescales in float64, which 16 bits do not need
     return Slice(
         path=path,
         series=_text(reader, "0020|000e"),
@@ -142,8 +145,10 @@ def sort_slices(name: str, slices: list[Slice]) -> tuple[list[Slice], Matrix, li
     if not abs(float(np.linalg.norm(normal)) - 1.0) < 1e-3:
         raise InputError(f"{name}: image orientation must be two perpendicular unit vectors, not {axes.ravel().tolist()}")
 
-    if all(s.position is not None for s in slices):
-        positions = np.array([s.position for s in slices])
+    known = [s.position for s in slices if s.position is not None]
+    # Converters without positions write the same one, mostly zero, into every image.
+    if len(known) == len(slices) and np.ptp(known, axis=0).any():
+        positions = np.array(known)
     elif all(s.location is not None for s in slices):
         positions = np.array([s.location for s in slices], dtype=np.float64)[:, None] * normal
         notes.append("no positions stored: slices placed by their slice location")

@@ -9,13 +9,14 @@ from pathlib import Path
 
 from intaglio.errors import InputError
 
+_WIDTH, _HEIGHT = 256, 257
 _OFFSETS, _COUNTS = (273, 324), (279, 325)  # of strips, of tiles
 _INTEGERS = {3: "H", 4: "I", 16: "Q"}
 _MOST_PAGES = 1 << 20
 
 
 def check_tiff(path: Path) -> None:
-    """Follow the pages of a TIFF and refuse one that points beyond its end."""
+    """Follow the pages of a TIFF; refuse one that points beyond its end, and pages of several sizes."""
     whole = path.stat().st_size
     with path.open("rb") as file:
 
@@ -37,21 +38,26 @@ def check_tiff(path: Path) -> None:
         entry = struct.calcsize("=HH" + word) + inline
         page = at(4 if kind == 42 else 8, order + word)[0]
         seen: set[int] = set()
+        sizes: set[tuple[int, ...]] = set()
         while page:
             if page in seen or len(seen) > _MOST_PAGES:
                 raise InputError(f"{path.name}: pages follow each other in a circle; the file is broken")
             seen.add(page)
             n = at(page, order + count)[0]
             first = page + struct.calcsize("=" + count)
-            ends: dict[bool, tuple[int, ...]] = {}
+            found: dict[int, tuple[int, ...]] = {}
             for k in range(n):
                 where = first + k * entry
                 tag, code, values = at(where, order + "HH" + word)
-                if tag in _OFFSETS + _COUNTS and code in _INTEGERS and 0 < values <= whole:
+                if tag in (_WIDTH, _HEIGHT, *_OFFSETS, *_COUNTS) and code in _INTEGERS and 0 < values <= whole:
                     layout = f"{order}{values}{_INTEGERS[code]}"
                     place = where + entry - inline
-                    ends[tag in _OFFSETS] = at(place if struct.calcsize(layout) <= inline else at(place, order + word)[0], layout)
-            for begin, size in zip(ends.get(True, ()), ends.get(False, ()), strict=False):
-                if size:
-                    at(begin + size - 1, order + "B")
+                    found[tag] = at(place if struct.calcsize(layout) <= inline else at(place, order + word)[0], layout)
+            for offsets, counts in zip(_OFFSETS, _COUNTS, strict=True):
+                for begin, size in zip(found.get(offsets, ()), found.get(counts, ()), strict=False):
+                    if size:
+                        at(begin + size - 1, order + "B")
+            sizes.add(found.get(_WIDTH, ()) + found.get(_HEIGHT, ()))
+            if len(sizes) > 1:
+                raise InputError(f"{path.name}: pages have several sizes, {sorted(sizes)}; keep one")
             page = at(first + n * entry, order + word)[0]

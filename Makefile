@@ -26,7 +26,7 @@ bench: $(VENV)/.installed-bench
 
 clean:
 	rm -rf plates dist .benchmarks .hypothesis .mypy_cache .pytest_cache .ruff_cache
-	find src tests benchmarks examples -name __pycache__ -prune -exec rm -rf {} +
+	find . -path ./$(VENV) -prune -o -name __pycache__ -prune -exec rm -rf {} +
 
 # The first Python in the list that is new enough; a half-made environment does not stay behind.
 $(VENV)/pyvenv.cfg:

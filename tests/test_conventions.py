@@ -16,7 +16,7 @@ from intaglio import Camera, Drawing, GBuffer, Image, Light, TransferFunction, T
 from intaglio.camera import VIEWS, view_direction
 from intaglio.drawing import Dots, Layer
 from intaglio.lighting import packed_lights
-from intaglio.render.isosurface import isosurface
+from intaglio.rendering.isosurface import isosurface
 
 ROOT = Path(__file__).parent.parent
 PAGE = (ROOT / "docs" / "conventions.md").read_text()

@@ -22,7 +22,7 @@ SOURCES = {".".join(p.relative_to(PACKAGE).with_suffix("").parts).removesuffix("
 MODULES = {name: path for name, path in SOURCES.items() if name != "__init__"}
 
 NOUNS = ("volume", "mesh", "camera", "transfer_function", "lighting", "gbuffer", "drawing")
-SIBLINGS = ("io", "render", "ink", "solid")
+SIBLINGS = ("io", "rendering", "ink", "solid")
 PIPELINES = 4
 LAYER = {
     "errors": 0,
@@ -108,12 +108,12 @@ def test_imports_have_no_cycle():
         ("volume", "errors", True),
         ("gbuffer", "camera", True),
         ("io.svg", "io.outline", True),
-        ("hatch", "render.isosurface", True),
+        ("plate", "rendering.isosurface", True),
         ("cli", "datasets", True),
         ("volume", "compute", False),
-        ("ink.strokes", "render.sampling", False),
-        ("io.svg", "hatch", False),
-        ("hatch", "datasets", False),
+        ("ink.strokes", "rendering.sampling", False),
+        ("io.svg", "plate", False),
+        ("plate", "datasets", False),
         ("datasets", "cli", False),
     ],
 )

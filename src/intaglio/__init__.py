@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from intaglio.gbuffer import GBuffer as GBuffer
     from intaglio.plate import draw as draw, hatch as hatch, surface_camera as surface_camera
     from intaglio.ink.styles import Hatching as Hatching, styles as styles
+    from intaglio.io.meshes import read_mesh as read_mesh
     from intaglio.io.volumes import read_volume as read_volume
     from intaglio.lighting import Light as Light, Material as Material
     from intaglio.mesh import TriangleMesh as TriangleMesh
@@ -40,6 +41,7 @@ _PUBLIC = {
     "draw": "plate",
     "hatch": "plate",
     "isosurface": "rendering.isosurface",
+    "read_mesh": "io.meshes",
     "read_volume": "io.volumes",
     "shade": "rendering.shade",
     "styles": "ink.styles",

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import logging
 import os
+import re
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -54,10 +56,15 @@ def _load(path: Path) -> Any:
             return trimesh.load_scene(
                 file, file_type=kind[1:], resolver=resolver, process=False, skip_materials=True, allow_remote=False, **options
             )
-    except OSError:
-        raise
+    except OSError as error:
+        if error.strerror:
+            raise
+        raise InputError(f"{path.name}: is broken, or a file that it names is missing ({error}); get all its files") from None
     except Exception as error:
-        reason = " ".join(str(error).split())[:160] or type(error).__name__
+        # trimesh wants to guess an encoding for what is neither text nor the binary form.
+        reason = (
+            "its bytes make no sense" if isinstance(error, ImportError) else " ".join(str(error).split(" — ")[0].split())[:160]
+        )
         raise InputError(f"{path.name}: cannot be read as {kind[1:].upper()}: {reason}; check that the file is whole") from None
 
 
@@ -102,6 +109,18 @@ def _parts(scene: Any) -> tuple[Vertices, Triangles, bool]:
     return np.concatenate(vertices), np.concatenate(triangles), points
 
 
+def _promised_faces(path: Path, scene: Any) -> int:
+    """Faces according to the header of a PLY or OFF file; trimesh passes over those that are missing."""
+    if path.suffix.lower() == ".ply":
+        return sum(part.metadata.get("_ply_raw", {}).get("face", {}).get("length", 0) for part in scene.geometry.values())
+    if path.suffix.lower() != ".off":
+        return 0
+    with path.open(encoding="latin-1") as file:
+        text = " ".join(line.split("#", 1)[0] for line in islice(file, 100))
+    numbers = re.findall(r"\d+", text.split("OFF", 1)[-1])
+    return int(numbers[1]) if len(numbers) > 1 else 0
+
+
 def merge_vertices(vertices: Vertices, triangles: Triangles) -> tuple[Vertices, Triangles]:
     """One vertex for each position, exactly compared; vertices (n, 3), triangles (m, 3)."""
     order = np.lexsort(vertices.T)
@@ -141,9 +160,7 @@ def read_mesh(path: str | os.PathLike[str], progress: Progress | None = None) ->
             raise InputError(f"{name}: is empty; get the file again")
         scene = _load(path)
     except OSError as error:
-        raise InputError(
-            f"{name}: cannot be read ({error.strerror or error}); check its permissions and the files it names"
-        ) from None
+        raise InputError(f"{name}: cannot be read ({error.strerror}); check its permissions") from None
     if progress:
         progress(1, 3)
     try:
@@ -166,6 +183,9 @@ def read_mesh(path: str | os.PathLike[str], progress: Progress | None = None) ->
         vertices, triangles = merge_vertices(vertices, triangles)
     if path.suffix.lower() in (".gltf", ".glb"):
         notes.append("glTF lengths are metres: taken as millimetres")
+    promised = _promised_faces(path, scene)
+    if len(triangles) < promised:
+        raise InputError(f"{name}: expected {promised} faces, found {len(triangles)}; the file is truncated, get it again")
     if progress:
         progress(2, 3)
     mesh = _outwards(TriangleMesh(vertices, triangles.astype(np.int32), name, tuple(notes)))

@@ -11,7 +11,7 @@ from intaglio.drawing import Drawing
 from intaglio.errors import InputError
 from intaglio.gbuffer import GBuffer
 from intaglio.ink.hatching import Hatching, hatching_layers
-from intaglio.ink.lines import contour_layer
+from intaglio.ink.lines import line_layers
 from intaglio.ink.styles import style as named_style
 from intaglio.lighting import Light, Material
 from intaglio.rendering.isosurface import isosurface
@@ -31,14 +31,12 @@ def surface_camera(volume: Volume, iso: float, view: Any = "anterior", size: int
 
 
 def draw(gb: GBuffer, hatching: Hatching, *, width_mm: float = 160.0, seed: int = 0, title: str = "") -> Drawing:
-    """Hatching and contours of what is in a G-buffer, on paper `width_mm` wide."""
+    """Hatching, feature lines and contours of what is in a G-buffer, on paper `width_mm` wide."""
     if not 5 <= width_mm <= 5000:
         raise InputError(f"width_mm must be between 5 and 5000, not {width_mm!r}")
     width, height = gb.camera.size
     mm = width_mm / width
-    layers = hatching_layers(gb, hatching, mm, seed=seed)
-    if hatching.contour > 0:
-        layers.append(contour_layer(gb, mm, width=hatching.contour, shortest=hatching.contour_shortest, colour=hatching.ink))
+    layers = hatching_layers(gb, hatching, mm, seed=seed) + line_layers(gb, hatching, mm)
     return Drawing(tuple(layers), width_mm, height * mm, hatching.paper, title)
 
 

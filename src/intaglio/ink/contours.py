@@ -106,27 +106,39 @@ def _follow(nodes, links, used, order, offsets):  # type: ignore[no-untyped-def]
     return n, lines
 
 
-def occluding_contours(gb: GBuffer) -> Contours:
-    """Every visible line where a surface ends before another or before the background, without false connections."""
-    h, w = gb.depth.shape
-    nodes = np.flatnonzero(gb.edge.reshape(-1) >= 0.0)
+def chains(crossing: NDArray[np.float32], depth: NDArray[np.float32]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Join crossings (h, w, 2), laid out as the G-buffer's `edge`, to lines: their numbers 2 (y w + x) + side, and offsets."""
+    h, w = depth.shape
+    nodes = np.flatnonzero(crossing.reshape(-1) >= 0.0)
     links = np.full((2 * h * w, 2), -1, dtype=np.int64)
     used = np.zeros(2 * h * w, dtype=bool)
     order = np.empty(2 * len(nodes), dtype=np.int64)
     offsets = np.zeros(len(nodes) + 1, dtype=np.int64)
-    _link(gb.edge, gb.depth, links)
+    _link(crossing, depth, links)
     n, lines = _follow(nodes, links, used, order, offsets)
-    order = order[:n]
+    return order[:n], offsets[: lines + 1].copy()
 
+
+def places(order: NDArray[np.int64], crossing: NDArray[np.float32]) -> NDArray[np.float32]:
+    """(n, 2) image positions of numbered crossings, in pixels."""
     side = order % 2
-    y, x = np.divmod(order // 2, w)
-    part = gb.edge[y, x, side]
-    points = np.stack([x + 0.5 + part * (1 - side), y + 0.5 + part * side], axis=1).astype(np.float32)
+    y, x = np.divmod(order // 2, crossing.shape[1])
+    part = crossing[y, x, side]
+    return np.stack([x + 0.5 + part * (1 - side), y + 0.5 + part * side], axis=1).astype(np.float32)
+
+
+def occluding_contours(gb: GBuffer) -> Contours:
+    """Every visible line where a surface ends before another or before the background, without false connections."""
+    order, offsets = chains(gb.edge, gb.depth)
+    side = order % 2
+    y, x = np.divmod(order // 2, gb.depth.shape[1])
     y2, x2 = y + side, x + 1 - side
     here, there = gb.depth[y, x], gb.depth[y2, x2]
     light = np.where(here < there, gb.brightness[y, x], gb.brightness[y2, x2])
-    jump = np.abs(np.where(np.isinf(here) | np.isinf(there), np.float32(np.inf), here - there))
-    return Contours(points, jump.astype(np.float32), light.astype(np.float32), offsets[: lines + 1].copy())
+    jump = np.full(len(order), np.inf, dtype=np.float32)
+    inner = np.isfinite(here) & np.isfinite(there)
+    jump[inner] = np.abs(here - there)[inner]
+    return Contours(places(order, gb.edge), jump, light.astype(np.float32), offsets)
 
 
 def contour_image(gb: GBuffer, thickness: float = 1.5) -> NDArray[np.float32]:

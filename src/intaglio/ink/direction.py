@@ -65,7 +65,7 @@ def _seed(y0, y1, normal, curvature, direction, depth, frame, rays, bend, slicin
             vy = rays[3, 1] + (x + 0.5) * rays[4, 1] + (y + 0.5) * rays[5, 1]
             vz = rays[3, 2] + (x + 0.5) * rays[4, 2] + (y + 0.5) * rays[5, 2]
             anisotropy = abs(k1 - k2) * bend
-            power = anisotropy / (1.0 + anisotropy)
+            power = anisotropy * anisotropy / (1.0 + anisotropy * anisotropy)
             for source in range(2):
                 if source == 1:
                     ex, ey, ez = sx, sy, sz

@@ -18,6 +18,7 @@ from intaglio.ink.direction import blurred, direction_field
 from intaglio.ink.streamlines import streamlines
 from intaglio.ink.strokes import (
     arc_length,
+    lifted,
     line_of,
     pack,
     reversed_where,
@@ -46,12 +47,17 @@ class _Tone:
     end: float
 
 
-def darkness(gb: GBuffer, hatching: Hatching, blur: float = 0.0) -> Floats:
+def darkness(gb: GBuffer, hatching: Hatching, mm_per_pixel: float) -> Floats:
     """(h, w) requested tone: the share of the paper to be covered, 0 .. what all layers together can print.
 
-    blur  pixels over which light is averaged on each surface, so that noise does not break strokes
+    From the light, averaged a little on each surface so that noise does not break strokes, less the light that hollows
+    of a radius up to a few mm on paper do not get.
     """
-    light = blurred(gb, gb.brightness, blur) if blur > 0.3 else gb.brightness
+    light = gb.brightness
+    if hatching.hollows > 0:
+        radius = 4.0 * gb.pixel_mm / mm_per_pixel
+        light = light - hatching.hollows * np.clip(-gb.curvature[..., 1] * radius, 0.0, 1.0)
+    light = blurred(gb, light, hatching.blur / mm_per_pixel)
     d = np.clip((hatching.white - light) / (hatching.white - hatching.black), 0.0, 1.0)
     return np.where(gb.mask, tones(hatching)[-1].end * d**hatching.contrast, 0.0).astype(np.float32)
 
@@ -91,7 +97,7 @@ def hatching_layers(
     seed          of the hand's randomness
     """
     rng = np.random.default_rng(seed)
-    dark = darkness(gb, hatching, hatching.blur / mm_per_pixel)
+    dark = darkness(gb, hatching, mm_per_pixel)
     lines_along = direction_field(gb, hatching.smoothing / mm_per_pixel, hatching.passes)
     layers: list[Layer] = []
     beside: dict[float, Floats] = {}
@@ -140,6 +146,9 @@ def _strokes(
     if len(points) == 0:
         return Strokes.none()
 
+    if hatching.longest > 0:
+        index, offsets = lifted(arc_length(points, offsets) * mm_per_pixel, offsets, hatching.longest, rng)
+        points, load = points[index], load[index]
     turned = reversed_where(load[offsets[:-1]] < load[offsets[1:] - 1], offsets)
     points, load = points[turned] * np.float32(mm_per_pixel), load[turned]
     if hatching.wobble > 0:

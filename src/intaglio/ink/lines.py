@@ -1,19 +1,37 @@
-"""Contours as strokes: heavier where more lies behind them and on the side away from the light."""
+"""Contours and feature lines as strokes."""
 
 from __future__ import annotations
+
+from typing import Literal
 
 import numpy as np
 
 from intaglio.drawing import Layer, Strokes
 from intaglio.gbuffer import GBuffer
 from intaglio.ink.contours import occluding_contours
+from intaglio.ink.features import feature_lines
 from intaglio.ink.strokes import arc_length, pack, runs, smoothed, taper
+from intaglio.ink.styles import Hatching
+
+
+def line_layers(gb: GBuffer, hatching: Hatching, mm_per_pixel: float) -> list[Layer]:
+    """What a style asks for of ridges, valleys and contours; none of the layers is there if its parameter is 0."""
+    thin = 0.8 * (hatching.contour or hatching.thickest)
+    layers = []
+    if hatching.ridge > 0:
+        layers.append(feature_layer(gb, mm_per_pixel, "ridge", radius=hatching.ridge, width=thin, colour=hatching.ink))
+    if hatching.valley > 0:
+        layers.append(feature_layer(gb, mm_per_pixel, "valley", radius=hatching.valley, width=thin, colour=hatching.ink))
+    if hatching.contour > 0:
+        width, shortest = hatching.contour, hatching.contour_shortest
+        layers.append(contour_layer(gb, mm_per_pixel, width=width, shortest=shortest, colour=hatching.ink))
+    return layers
 
 
 def contour_layer(
     gb: GBuffer, mm_per_pixel: float, *, width: float = 0.42, shortest: float = 1.2, colour: str = "#000000", opacity: float = 1.0
 ) -> Layer:
-    """The occluding contours as strokes; width and shortest in mm on paper."""
+    """The occluding contours: heavier where more lies behind them, and away from the light; lengths in mm on paper."""
     contours = occluding_contours(gb)
     points, offsets = contours.points, contours.offsets
     if len(points) == 0:
@@ -40,3 +58,36 @@ def contour_layer(
     end = np.where(closed | (strength[last] > 0.6), 0.0, 8 * width)
     thickness = width * weight * taper(points, offsets, begin, end)
     return Layer("contour", pack(points, thickness, np.full(len(points), opacity), offsets), colour=colour)
+
+
+def feature_layer(
+    gb: GBuffer,
+    mm_per_pixel: float,
+    kind: Literal["valley", "ridge"],
+    *,
+    radius: float,
+    width: float,
+    shortest: float = 2.5,
+    colour: str = "#000000",
+    opacity: float = 1.0,
+) -> Layer:
+    """Valleys or ridges bent tighter than `radius`: from nothing at twice the radius to full width at half of it.
+
+    radius, width and shortest in mm on paper. A line must reach the radius somewhere and be longer than `shortest`.
+    """
+    if not gb.mask.any():
+        return Layer(kind, Strokes.none(), colour=colour)
+    world = float(np.median(gb.pixel_mm[gb.mask])) / mm_per_pixel
+    least = 0.5 / (radius * world)
+    points, strength, offsets = feature_lines(gb, kind, sigma=0.35 / mm_per_pixel, least=least)
+    if len(points) == 0:
+        return Layer(kind, Strokes.none(), colour=colour)
+    length = arc_length(points, offsets)[offsets[1:] - 1] * mm_per_pixel
+    most = np.maximum.reduceat(strength, offsets[:-1])
+    index, offsets = runs(np.repeat((length >= shortest) & (most > 2.0 * least), np.diff(offsets)), offsets)
+    if len(index) == 0:
+        return Layer(kind, Strokes.none(), colour=colour)
+    points = smoothed(points[index], offsets, 6) * np.float32(mm_per_pixel)
+    weight = smoothed(np.clip((strength[index] - least) / (3.0 * least), 0.0, 1.0), offsets, 8)
+    thickness = width * (0.25 + 0.75 * weight) * taper(points, offsets, 1.2, 1.2)
+    return Layer(kind, pack(points, thickness, np.full(len(points), opacity), offsets), colour=colour)

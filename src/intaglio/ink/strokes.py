@@ -55,6 +55,34 @@ def runs(keep: NDArray[np.bool_], offsets: NDArray[np.int64], least: int = 2) ->
     return index, np.concatenate([[0], np.cumsum(size[size >= max(least, 2)])]).astype(np.int64)
 
 
+def lifted(
+    along: Floats, offsets: NDArray[np.int64], longest: float, rng: np.random.Generator
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Break lines into pieces of about `longest` that overlap a little, as a hand does: indices of points, and offsets.
+
+    along is the arc length of each point, in the unit of `longest`.
+    """
+    total = along[offsets[1:] - 1]
+    pieces = np.maximum(1, np.round(total / longest)).astype(np.int64)
+    line = np.repeat(np.arange(len(pieces)), pieces)
+    number = np.arange(len(line)) - np.repeat(np.cumsum(pieces) - pieces, pieces)
+    cut = (number + np.where(number > 0, rng.uniform(-0.25, 0.25, len(line)), 0.0)) / pieces[line] * total[line]
+    until = np.append(cut[1:], 0.0)
+    last = number == pieces[line] - 1
+    until[last] = total[line[last]] + 1.0
+    overlap = rng.uniform(0.06, 0.16, len(line)) * longest
+    # Lines one after the other on one axis, so that one search finds every piece's points.
+    span = float(total.max()) + 4.0 * longest
+    axis = along.astype(np.float64) + span * line_of(offsets)
+    begin = np.searchsorted(axis, np.maximum(cut, 0.0) + span * line - 1e-9)
+    end = np.searchsorted(axis, np.minimum(until + np.where(last, 0.0, overlap), total[line] + 1.0) + span * line)
+    count = end - begin
+    keep = count >= 2
+    begin, count = begin[keep], count[keep]
+    packed = np.concatenate([[0], np.cumsum(count)]).astype(np.int64)
+    return np.repeat(begin - packed[:-1], count) + np.arange(packed[-1]), packed
+
+
 def reversed_where(flip: NDArray[np.bool_], offsets: NDArray[np.int64]) -> NDArray[np.int64]:
     """(n,) indices that turn round the lines marked in `flip` (m,)."""
     index = np.arange(offsets[-1])

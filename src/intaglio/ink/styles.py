@@ -33,10 +33,14 @@ class Hatching:
     evenness: float = _option(0.6, "how near lines may come, as a part of their distance", 0.1, 1)  # type: ignore[assignment]
     blur: float = _option(0.7, "distance over which light is averaged, mm", 0, 100)  # type: ignore[assignment]
     shortest: float = _option(1.5, "strokes shorter than this are left out, mm", 0, 100)  # type: ignore[assignment]
+    longest: float = _option(0.0, "strokes longer than this are lifted and set again, mm; 0 for never", 0, 10000)  # type: ignore[assignment]
     taper: float = _option(1.0, "length over which strokes thin out, mm", 0, 100)  # type: ignore[assignment]
     wobble: float = _option(0.0, "unsteadiness of the hand, mm", 0, 5)  # type: ignore[assignment]
     ragged: float = _option(0.02, "spread of the darkness at which strokes end", 0, 0.5)  # type: ignore[assignment]
     contour: float = _option(0.42, "width of contours, mm; 0 for none", 0, 10)  # type: ignore[assignment]
+    valley: float = _option(2.5, "hollows bent tighter than this radius get a line, mm; 0 for none", 0, 100)  # type: ignore[assignment]
+    ridge: float = _option(0.9, "edges bent tighter than this radius get a line, mm; 0 for none", 0, 100)  # type: ignore[assignment]
+    hollows: float = _option(0.3, "darkness added in hollows", 0, 1)  # type: ignore[assignment]
     contour_shortest: float = _option(2.5, "contours shorter than this are left out, mm", 0, 100)  # type: ignore[assignment]
     ink: str = _option("#000000", "colour of strokes, #rrggbb")  # type: ignore[assignment]
     paper: str = _option("#ffffff", "colour of paper, #rrggbb")  # type: ignore[assignment]
@@ -60,8 +64,8 @@ STYLES: dict[str, Hatching] = {
         layers=2, crosshatch=1, separation=0.8, thinnest=0.05, thickest=0.26, smoothing=7.0, contour=0.3, taper=1.0, angle=60.0,
     ),
     "pencil": Hatching(
-        layers=2, crosshatch=1, separation=0.8, thinnest=0.1, thickest=0.26, opacity=0.6, pressure=0.6, white=0.85, black=0.1,
-        wobble=0.05, ragged=0.06, taper=2.0, contour=0.36, ink="#2b2b2e", paper="#fbfaf6", angle=50.0,
+        layers=2, crosshatch=1, separation=0.75, thinnest=0.1, thickest=0.27, opacity=0.62, pressure=0.6, white=0.82, black=0.08,
+        contrast=1.25, longest=16.0, wobble=0.07, ragged=0.06, taper=3.0, contour=0.34, ink="#2b2b2e", paper="#fbfaf6", angle=40.0,
     ),
 }  # fmt: skip
 

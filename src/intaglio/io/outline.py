@@ -1,8 +1,5 @@
 """From strokes to what vector files hold: filled outlines of even opacity, and plain lines."""
 
-# D. H. Douglas and T. K. Peucker, "Algorithms for the reduction of the number of points required to represent a
-# digitized line or its caricature", 1973.
-
 from __future__ import annotations
 
 import math
@@ -13,17 +10,13 @@ from numpy.typing import NDArray
 
 from intaglio.compute import kernel
 from intaglio.drawing import Layer
-from intaglio.errors import InputError
-
-Nodes = NDArray[np.float64]
-Offsets = NDArray[np.int64]
+from intaglio.io.simplify import Offsets, simplified, stroke_nodes
 
 UNIT = 0.01  # mm; coordinates in files are whole numbers of it
 TOLERANCE = 0.012  # mm, by which a written outline may leave the stroke
 STEP = 1 / 16  # range of opacity within one piece
 PLAIN = 0.03  # relative range of width within a line that is written with a single width
 LAP = 0.002  # mm, overlap of neighbouring pieces at half opacity; grows as they get denser
-FARTHEST = 1e5  # mm
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,38 +40,6 @@ class Paths:
         return len(self.opacity)
 
 
-def stroke_nodes(layer: Layer) -> Nodes:
-    """(n, 4) x, y, half width in mm and opacity of all points of a layer's strokes; InputError for what cannot be drawn."""
-    strokes = layer.strokes
-    return _nodes(strokes.points, strokes.width, strokes.opacity, f"strokes of layer {layer.name!r}")
-
-
-def dot_nodes(layer: Layer) -> Nodes:
-    """(n, 4) x, y, radius in mm and opacity of a layer's dots; InputError for what cannot be drawn."""
-    dots = layer.dots
-    return _nodes(dots.points, dots.diameter, dots.opacity, f"dots of layer {layer.name!r}")
-
-
-def _nodes(points: NDArray[np.float32], width: NDArray[np.float32], opacity: NDArray[np.float32], what: str) -> Nodes:
-    nodes = np.empty((len(points), 4))
-    nodes[:, :2], nodes[:, 2], nodes[:, 3] = points, width, opacity
-    if not (np.abs(nodes) <= FARTHEST).all():
-        raise InputError(f"{what} must have finite positions, widths and opacities, at most {FARTHEST:g} mm")
-    if len(nodes) and nodes[:, 2:].min() < 0:
-        raise InputError(f"{what} must have no negative width or opacity, not {nodes[:, 2:].min():g}")
-    nodes[:, 2] *= 0.5
-    np.minimum(nodes[:, 3], 1.0, out=nodes[:, 3])
-    return nodes
-
-
-def simplified(nodes: Nodes, offsets: Offsets, tolerance: float) -> tuple[Nodes, Offsets]:
-    """The nodes that matter: no stroke moves or widens by more than the tolerance (mm), no opacity by more than 1/64."""
-    keep = np.zeros(len(nodes), dtype=np.bool_)
-    _keep(nodes, offsets, tolerance, keep)
-    counts = np.concatenate([[0], np.cumsum(keep)])
-    return nodes[keep], counts[offsets]
-
-
 def layer_paths(layer: Layer, *, lines: bool = True) -> Paths:
     """What a layer's strokes cover, as outlines and, with `lines`, plain lines where the width is even."""
     nodes, offsets = simplified(stroke_nodes(layer), layer.strokes.offsets, TOLERANCE)
@@ -91,41 +52,6 @@ def layer_paths(layer: Layer, *, lines: bool = True) -> Paths:
     order = order[real]
     offsets = np.concatenate([[0], ends[real]])
     return Paths(points[: offsets[-1]], offsets, opacity[order], width[order])
-
-
-@kernel
-def _keep(nodes, offsets, tolerance, keep):  # type: ignore[no-untyped-def]
-    stack = np.empty((64, 2), np.int64)
-    for s in range(len(offsets) - 1):
-        first, last = offsets[s], offsets[s + 1] - 1
-        keep[first] = True
-        keep[last] = True
-        stack[0, 0], stack[0, 1] = first, last
-        depth = 1
-        while depth > 0:
-            depth -= 1
-            i, j = stack[depth, 0], stack[depth, 1]
-            ax, ay, ar, ao = nodes[i, 0], nodes[i, 1], nodes[i, 2], nodes[i, 3]
-            dx, dy, dr, do = nodes[j, 0] - ax, nodes[j, 1] - ay, nodes[j, 2] - ar, nodes[j, 3] - ao
-            square = dx * dx + dy * dy
-            scale = 1.0 / square if square > 0.0 else 0.0
-            worst, at = tolerance, -1
-            for k in range(i + 1, j):
-                x, y = nodes[k, 0] - ax, nodes[k, 1] - ay
-                t = min(max((x * dx + y * dy) * scale, 0.0), 1.0)
-                x, y = x - t * dx, y - t * dy
-                away = math.sqrt(x * x + y * y) + abs(nodes[k, 2] - ar - t * dr)
-                away = max(away, abs(nodes[k, 3] - ao - t * do) * 64.0 * tolerance)
-                if away > worst:
-                    worst, at = away, k
-            if at >= 0:
-                keep[at] = True
-                # The larger part waits below the smaller one, so that the stack stays below log2 of the length.
-                if at - i > j - at:
-                    stack[depth, 0], stack[depth, 1], stack[depth + 1, 0], stack[depth + 1, 1] = i, at, at, j
-                else:
-                    stack[depth, 0], stack[depth, 1], stack[depth + 1, 0], stack[depth + 1, 1] = at, j, i, at
-                depth += 2
 
 
 @kernel
@@ -152,6 +78,7 @@ def _pieces(nodes, offsets, step, plain):  # type: ignore[no-untyped-def]
         out[n, 0], out[n, 1], out[n, 2] = x, y, r
         n += 1
         low, high, thin, thick, begin = o, o, r, r, 1
+        length, tone = 1e-9, 1e-9 * o
         for k in range(i + 1, end):
             bx, by, br, bo = nodes[k, 0], nodes[k, 1], nodes[k, 2], nodes[k, 3]
             if (bx - x) ** 2 + (by - y) ** 2 < 1e-10:
@@ -161,30 +88,35 @@ def _pieces(nodes, offsets, step, plain):  # type: ignore[no-untyped-def]
                 continue
             t = 0.0
             # Not near a corner, where cross-sections of neighbours would overlap on its inner side.
-            margin = min(max(0.25 * (r + br) / math.sqrt((bx - x) ** 2 + (by - y) ** 2), 0.02), 0.25)
+            whole = math.sqrt((bx - x) ** 2 + (by - y) ** 2)
+            margin = min(max(0.25 * (r + br) / whole, 0.02), 0.25)
             while bo != o and max(high, bo) - min(low, bo) > step:
                 goal = low + step if bo > high else high - step
                 cut = max(t, min(max((goal - o) / (bo - o), margin, t + 0.02), 1.0 - margin))
                 if cut <= t:
                     break
+                goal = o + cut * (bo - o)
+                length += (cut - t) * whole
+                tone += (cut - t) * whole * (goal + 0.5 * (t - cut) * (bo - o))
                 t = cut
-                goal = o + t * (bo - o)
-                low, high = min(low, goal), max(high, goal)
                 for copy in range(2):
                     out[n, 0], out[n, 1], out[n, 2] = x + t * (bx - x), y + t * (by - y), r + t * (br - r)
                     n += 1
                     if copy == 0:
                         kind[m] = begin
-                        opacity[m] = 0.5 * (low + high)
+                        opacity[m] = tone / length
                         m += 1
                         starts[m] = n
                 low, high, begin = goal, goal, 0
+                length, tone = 1e-9, 1e-9 * goal
             out[n, 0], out[n, 1], out[n, 2] = bx, by, br
             n += 1
+            length += (1.0 - t) * whole
+            tone += (1.0 - t) * whole * (bo - 0.5 * (1.0 - t) * (bo - o))
             x, y, r, o = bx, by, br, bo
             low, high, thin, thick = min(low, o), max(high, o), min(thin, r), max(thick, r)
         kind[m] = begin + 2
-        opacity[m] = 0.5 * (low + high)
+        opacity[m] = tone / length
         if begin == 1 and thick - thin <= plain * thick and n - starts[m] > 1:
             width[m] = thin + thick
         m += 1
@@ -234,9 +166,9 @@ def _outlines(nodes, starts, kind, opacity, width, order, tolerance, scale):  # 
             length = math.sqrt(dx * dx + dy * dy)
             nx, ny = -dy / length, dx / length
             # A viewer antialiases each piece for itself, and paper shines through where two meet: the denser they are,
-            # the more, and the less an overlap is seen. Dense ones overlap, by up to 0.25 mm.
+            # the more, and the less an overlap is seen. Dense ones overlap, by up to half their width.
             if kind[m] & 1 == 0:
-                back = min(LAP * (opacity[m] / (1.04 - opacity[m])) ** 2, 0.25) / length
+                back = min(LAP * (opacity[m] / (1.04 - opacity[m])) ** 2, r) / length
                 x, y = x - back * dx, y - back * dy
             else:
                 a = _arc(left, a, x, y, r, -nx, -ny, -math.pi, tolerance)

@@ -10,7 +10,9 @@ from datetime import UTC, datetime
 import numpy as np
 
 from intaglio.drawing import Drawing, Layer
-from intaglio.io.outline import UNIT, dot_nodes, layer_paths
+from intaglio.io.outline import UNIT, layer_paths
+from intaglio.io.simplify import dot_nodes
+from intaglio.io.svg import legible
 
 MM = 72 / 25.4  # points
 # A circle of four Bezier curves, true to 0.03 % of its radius.
@@ -29,7 +31,7 @@ def pdf_bytes(drawing: Drawing) -> bytes:
     pdf = FPDF(unit="mm", format=(drawing.width_mm / shrink, drawing.height_mm / shrink))
     pdf.set_creation_date(datetime(2000, 1, 1, tzinfo=UTC))
     pdf.set_producer("intaglio")
-    pdf.set_title(drawing.title)
+    pdf.set_title(legible(drawing.title))
     pdf.set_margin(0)
     pdf.set_auto_page_break(False)
     pdf.add_page()
@@ -38,7 +40,7 @@ def pdf_bytes(drawing: Drawing) -> bytes:
         pdf.rect(0, 0, pdf.w, pdf.h, style="F")
     scale = MM * UNIT / shrink
     for layer in drawing.layers:
-        with pdf.optional_content(label=layer.name), pdf.local_context(fill_color=layer.colour):
+        with pdf.optional_content(label=legible(layer.name)), pdf.local_context(fill_color=layer.colour):
             # Whole numbers of UNIT from the upper left corner.
             pdf._out(f"{scale:.8f} 0 0 {-scale:.8f} 0 {pdf.h_pt:.4f} cm")
             for opacity, operators in _layer(layer):

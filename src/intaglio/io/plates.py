@@ -50,7 +50,11 @@ def check_output(path: str | PathLike[str], kinds: Sequence[str] = PLATES) -> Pa
     InputError for another extension, a missing folder, a folder in the file's place, or one that must not be written.
     """
     target = Path(path)
-    if target.is_dir():
+    try:
+        folder = target.is_dir()
+    except OSError as error:
+        raise InputError(f"{target} cannot be written: {error.strerror}") from error
+    if folder:
         raise InputError(f"{target} is a folder: name a file in it, ending in {_either(kinds)}")
     if target.suffix.lower() not in kinds:
         raise InputError(f"output must end in {_either(kinds)}, not {target.name!r}")
@@ -66,7 +70,7 @@ def check_output(path: str | PathLike[str], kinds: Sequence[str] = PLATES) -> Pa
 def write_whole(target: Path, data: bytes) -> None:
     """Write a file that appears under its name only when it is complete."""
     # Opened with mode "x" instead of tempfile's, so that the umask decides who may read it.
-    partial = target.with_name(f".{target.name}.{secrets.token_hex(4)}.partial")
+    partial = target.with_name(f".{secrets.token_hex(6)}.partial")
     try:
         with open(partial, "xb") as file:
             file.write(data)

@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from intaglio.compute import kernel, tiles
+from intaglio.compute import helper, kernel, tiles
 from intaglio.drawing import Drawing, Image
 from intaglio.errors import InputError
-from intaglio.io.outline import dot_nodes, simplified, stroke_nodes
+from intaglio.io.simplify import dot_nodes, simplified, stroke_nodes
 
 if TYPE_CHECKING:
     from intaglio.compute import Progress
@@ -123,7 +123,7 @@ def _bins(nodes, ends, width, height, tile):  # type: ignore[no-untyped-def]
             if ends[i] and i > 0 and not ends[i - 1]:
                 continue
             ax, ay, bx, by = nodes[i, 0], nodes[i, 1], nodes[j, 0], nodes[j, 1]
-            reach = max(nodes[i, 2], nodes[j, 2], np.float32(0.5)) + np.float32(0.5)
+            reach = max(nodes[i, 2], nodes[j, 2]) + np.float32(0.71)
             top, bottom = min(ay, by) - reach, max(ay, by) + reach
             if top >= height or bottom < 0 or min(ax, bx) - reach >= width or max(ax, bx) + reach < 0:
                 continue
@@ -147,13 +147,25 @@ def _bins(nodes, ends, width, height, tile):  # type: ignore[no-untyped-def]
     return starts, entries
 
 
+@helper
+def _covered(u, a, b, slope, bend):  # type: ignore[no-untyped-def]
+    """C(u) - 1/2."""
+    v = abs(u)
+    if v <= b:
+        return u * slope
+    rest = max(a - v, np.float32(0.0))
+    part = np.float32(0.5) - rest * rest * bend
+    return part if u > np.float32(0.0) else -part
+
+
 @kernel
 def _paint(nodes, ends, first, colours, entries, x0, y0, canvas):  # type: ignore[no-untyped-def]
     """Lay the chains over a tile, one after the other.
 
     Within a chain the largest opacity counts, so that its joints are no darker than the rest:
-    ink = max over segments of opacity(t) clamp(1/2 + r(t) - |p - a - t (b - a)|), t the nearest point's place;
-    where the line is thinner than a pixel, that of one a pixel wide, as much fainter: 2 r(t) clamp(1 - |...|).
+    ink = max over segments of opacity(t) (C(r(t) - d) - C(-r(t) - d)), t and d the nearest point's place and distance,
+    C(u) the part of a pixel's area that lies within u of its centre across the segment: the exact area of a straight
+    edge, so that lines of any slant neither bead nor change their tone, and fade as they get thinner than a pixel.
     """
     zero, half, one = np.float32(0.0), np.float32(0.5), np.float32(1.0)
     height, width = canvas.shape[0], canvas.shape[1]
@@ -173,7 +185,14 @@ def _paint(nodes, ends, first, colours, entries, x0, y0, canvas):  # type: ignor
         dr, do = nodes[j, 2] - ar, nodes[j, 3] - ao
         square = dx * dx + dy * dy
         inverse = one / square if square > np.float32(1e-12) else zero
-        reach = max(ar, ar + dr, half) + half
+        # A pixel's square seen along the segment: a trapezoid, 2a wide at its foot and 2b on top.
+        wide, narrow = one, zero
+        if inverse > zero:
+            scale = math.sqrt(inverse)
+            wide, narrow = max(abs(dx), abs(dy)) * scale, min(abs(dx), abs(dy)) * scale
+        a, b = half * (wide + narrow), half * (wide - narrow)
+        slope, bend = one / wide, half / max(wide * narrow, np.float32(1e-6))
+        reach = max(ar, ar + dr) + a
         low = max(int(math.floor(min(ay, ay + dy) - reach)), 0)
         high = min(int(math.ceil(max(ay, ay + dy) + reach)), height)
         for py in range(low, high):
@@ -189,10 +208,9 @@ def _paint(nodes, ends, first, colours, entries, x0, y0, canvas):  # type: ignor
                 x = np.float32(px) + half - ax
                 t = min(max((x * dx + y * dy) * inverse, zero), one)
                 ex, ey = x - t * dx, y - t * dy
-                r = ar + t * dr
-                cover = half + max(r, half) - math.sqrt(ex * ex + ey * ey)
-                if cover > zero:
-                    value = min(cover, one) * min(r + r, one) * (ao + t * do)
+                r, d = ar + t * dr, math.sqrt(ex * ex + ey * ey)
+                value = (_covered(r - d, a, b, slope, bend) + _covered(r + d, a, b, slope, bend)) * (ao + t * do)
+                if value > zero:
                     k = py * width + px
                     old = ink[k]
                     if value > old:
@@ -211,8 +229,8 @@ def _paint(nodes, ends, first, colours, entries, x0, y0, canvas):  # type: ignor
         if over:
             for c in range(count):
                 k = touched[c]
-                a = ink[k]
+                opacity = ink[k]
                 ink[k] = zero
                 for channel in range(3):
-                    flat[k, channel] += a * (colours[layer, channel] - flat[k, channel])
+                    flat[k, channel] += opacity * (colours[layer, channel] - flat[k, channel])
             count = 0

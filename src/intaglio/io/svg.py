@@ -12,7 +12,8 @@ from itertools import pairwise
 import numpy as np
 
 from intaglio.drawing import Drawing, Layer
-from intaglio.io.outline import UNIT, dot_nodes, layer_paths, simplified, stroke_nodes
+from intaglio.io.outline import UNIT, layer_paths
+from intaglio.io.simplify import dot_nodes, simplified, stroke_nodes
 
 PLOTTER_TOLERANCE = 0.02  # mm
 
@@ -81,15 +82,15 @@ def _group(opacity: float, width: float) -> str:
 
 
 def _plotter_layer(layer: Layer) -> Iterator[str]:
-    nodes, offsets = simplified(stroke_nodes(layer), layer.strokes.offsets, PLOTTER_TOLERANCE)
-    dots = dot_nodes(layer)
-    wide = 2 * float(np.median(nodes[:, 2] if len(nodes) else dots[:, 2])) if len(nodes) + len(dots) else 0.0
+    nodes, dots = stroke_nodes(layer), dot_nodes(layer) / [UNIT, UNIT, UNIT, 1]
+    wide = 2 * float(np.median(nodes[:, 2])) / UNIT if len(nodes) else 1.0
+    nodes[:, 2:] = 0
+    nodes, offsets = simplified(nodes, layer.strokes.offsets, PLOTTER_TOLERANCE)
     ends = 'stroke-linecap="round" stroke-linejoin="round"'
-    yield f'<g fill="none" stroke="{layer.colour}" stroke-width="{wide / UNIT:.4g}" {ends}>'
-    points = np.rint(nodes[:, :2] / UNIT).astype(np.int32)
-    yield "\n".join([f'<path d="m{d}"/>' for d in _commands(points, offsets)])
-    for x, y, r, _ in (dots / [UNIT, UNIT, UNIT, 1]).tolist():
-        yield f'<circle cx="{x:.0f}" cy="{y:.0f}" r="{max(r - wide / UNIT / 2, 1):.0f}"/>'
+    yield f'<g fill="none" stroke="{layer.colour}" stroke-width="{max(wide, 1.0):.4g}" {ends}>'
+    yield "\n".join([f'<path d="m{d}"/>' for d in _commands(np.rint(nodes[:, :2] / UNIT).astype(np.int32), offsets)])
+    # The pen's own width is part of a dot.
+    yield "\n".join([f'<circle cx="{x:.0f}" cy="{y:.0f}" r="{max(r - wide / 2, 1):.0f}"/>' for x, y, r, _ in dots.tolist()])
     yield "</g>"
 
 
@@ -107,6 +108,10 @@ def _short(number: float) -> str:
     return f"{number:.2f}".rstrip("0").lstrip("0")
 
 
+def legible(text: str) -> str:
+    """Without what neither XML nor UTF-8 can hold: control characters and halves of surrogate pairs."""
+    return re.sub(r"[^\t\n\r -\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]", "", text)
+
+
 def _escaped(text: str) -> str:
-    """For XML, which knows no control characters."""
-    return html.escape(re.sub(r"[^\t\n\r -\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]", "", text))
+    return html.escape(legible(text))

@@ -63,7 +63,9 @@ def _load(path: Path) -> Any:
     except Exception as error:
         # trimesh wants to guess an encoding for what is neither text nor the binary form.
         reason = (
-            "its bytes make no sense" if isinstance(error, ImportError) else " ".join(str(error).split(" — ")[0].split())[:160]
+            "its bytes make no sense"
+            if isinstance(error, ImportError)
+            else " ".join(str(error).split(" \u2014 ")[0].split())[:160]
         )
         raise InputError(f"{path.name}: cannot be read as {kind[1:].upper()}: {reason}; check that the file is whole") from None
 

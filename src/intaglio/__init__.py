@@ -12,12 +12,12 @@ if TYPE_CHECKING:
     from intaglio.drawing import Drawing as Drawing, Image as Image
     from intaglio.errors import InputError as InputError
     from intaglio.gbuffer import GBuffer as GBuffer
-    from intaglio.plate import draw as draw, hatch as hatch, surface_camera as surface_camera
     from intaglio.ink.styles import Hatching as Hatching, styles as styles
     from intaglio.io.meshes import read_mesh as read_mesh
     from intaglio.io.volumes import read_volume as read_volume
     from intaglio.lighting import Light as Light, Material as Material
     from intaglio.mesh import TriangleMesh as TriangleMesh
+    from intaglio.plate import draw as draw, hatch as hatch, surface_camera as surface_camera
     from intaglio.rendering.isosurface import isosurface as isosurface
     from intaglio.rendering.isovalue import body_surface as body_surface
     from intaglio.rendering.shade import shade as shade

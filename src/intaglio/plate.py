@@ -10,8 +10,9 @@ from intaglio.compute import Progress
 from intaglio.drawing import Drawing
 from intaglio.errors import InputError
 from intaglio.gbuffer import GBuffer
-from intaglio.ink.hatching import Hatching, hatching_layers
+from intaglio.ink.hatching import hatching_layers
 from intaglio.ink.lines import line_layers
+from intaglio.ink.styles import Hatching
 from intaglio.ink.styles import style as named_style
 from intaglio.lighting import Light, Material
 from intaglio.rendering.isosurface import isosurface
@@ -24,9 +25,21 @@ PLATE_LIGHTS = (Light(intensity=0.72), Light(direction=(0.5, 0.0, 0.8), intensit
 PLATE_MATERIAL = Material(ambient=0.06, diffuse=0.95, specular=0.12, shininess=12.0)
 
 
-def surface_camera(volume: Volume, iso: float, view: Any = "anterior", size: int | tuple[int, int] = 1024, **options: Any) -> Camera:
+# Pieces smaller than this part of the largest one are dust, cables or a corner of the table.
+ISLANDS = 0.01
+
+
+def surface_camera(
+    volume: Volume,
+    iso: float,
+    view: Any = "anterior",
+    size: int | tuple[int, int] = 1024,
+    *,
+    islands: float = ISLANDS,
+    **options: Any,
+) -> Camera:
     """`Camera.looking` at the part of the volume that holds the surface, so that empty margins of a scan do not count."""
-    blocks = surface_blocks(volume, iso)
+    blocks = surface_blocks(volume, iso, islands)
     return Camera.looking(view, at=surface_corners(volume, blocks) if blocks.any() else volume, size=size, **options)
 
 
@@ -48,6 +61,7 @@ def hatch(
     style: str | Hatching = "pencil",
     seed: int = 0,
     width_mm: float = 160.0,
+    islands: float = ISLANDS,
     lights: Sequence[Light] = PLATE_LIGHTS,
     material: Material = PLATE_MATERIAL,
     progress: Progress | None = None,
@@ -59,10 +73,11 @@ def hatch(
     camera      default: anterior, fitted to the surface; its image sets the plate's proportions and fineness
     style       a name from `styles()`, or a Hatching; single parameters of it may be given as keywords
     width_mm    of the paper
+    islands     pieces smaller than this part of the largest one are left out
     Equal input and seed give an equal Drawing, whatever the number of threads. InputError for what cannot be drawn.
     """
     hatching = named_style(style, **parameters)
     iso = body_surface(volume)[0] if iso is None else iso
-    camera = camera or surface_camera(volume, iso)
-    gb = isosurface(volume, iso, camera, lights=lights, material=material, progress=progress)
+    camera = camera or surface_camera(volume, iso, islands=islands)
+    gb = isosurface(volume, iso, camera, lights=lights, material=material, islands=islands, progress=progress)
     return draw(gb, hatching, width_mm=width_mm, seed=seed, title=f"{volume.name}, iso {iso:g}")

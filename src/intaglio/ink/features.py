@@ -17,6 +17,9 @@ from intaglio.ink.direction import connections, smooth
 
 Floats = NDArray[np.float32]
 
+# Cosine of the angle between neighbouring pixels' normals from which on there is an edge.
+CREASE = 0.75
+
 
 @kernel
 def _bend(y0, y1, normal, curvature, direction, depth, frame, sign, channels):  # type: ignore[no-untyped-def]
@@ -67,6 +70,27 @@ def _at(k, y, x):  # type: ignore[no-untyped-def]
     u = min(max(x - i, 0.0), 1.0)
     v = min(max(y - j, 0.0), 1.0)
     return (k[j, i] * (1 - u) + k[j, i + 1] * u) * (1 - v) + (k[j + 1, i] * (1 - u) + k[j + 1, i + 1] * u) * v
+
+
+@kernel
+def _creases(y0, y1, normal, depth, edge, frame, cosine, crossing):  # type: ignore[no-untyped-def]
+    """Halfway between two pixels, where the normal turns by more than an angle and outwards."""
+    h, w = depth.shape
+    for y in range(y0, y1):
+        for x in range(w):
+            for side in range(2):
+                x2 = x + 1 - side
+                y2 = y + side
+                if x2 >= w or y2 >= h or edge[y, x, side] >= 0.0 or depth[y, x] == np.inf or depth[y2, x2] == np.inf:
+                    continue
+                turn = 0.0
+                opening = 0.0
+                for c in range(3):
+                    turn += normal[y, x, c] * normal[y2, x2, c]
+                    step = frame[0, c] if side == 0 else -frame[1, c]
+                    opening += (normal[y2, x2, c] - normal[y, x, c]) * step
+                if turn < cosine and opening > 0.0:
+                    crossing[y, x, side] = 0.5
 
 
 @helper
@@ -126,8 +150,14 @@ def feature_lines(
     smooth(channels, links, sigma)
     crossing = np.full((h, w, 2), np.nan, dtype=np.float32)
     strips(_crests, h, channels, links, np.float32(least), max(1.5, sigma), crossing, size=32)
+    if kind == "ridge":
+        # Where a scan's face cuts through the body, the surface has an edge but no curvature.
+        strips(_creases, h, gb.normal, gb.depth, gb.edge, frame, CREASE, crossing, size=32)
     order, offsets = chains(crossing, gb.depth)
     side = order % 2
     y, x = np.divmod(order // 2, w)
     strength = np.maximum(channels[0][y, x], channels[0][y + side, x + 1 - side])
+    if kind == "ridge":
+        turn = np.einsum("nc,nc->n", gb.normal[y, x], gb.normal[y + side, x + 1 - side])
+        strength = np.where(turn < CREASE, np.maximum(strength, 4.0 * least), strength)
     return places(order, crossing), strength, offsets

@@ -53,10 +53,10 @@ def darkness(gb: GBuffer, hatching: Hatching, mm_per_pixel: float) -> Floats:
     From the light, averaged a little on each surface so that noise does not break strokes, less the light that hollows
     of a radius up to a few mm on paper do not get.
     """
-    light = gb.brightness
+    light: Floats = gb.brightness
     if hatching.hollows > 0:
         radius = 4.0 * gb.pixel_mm / mm_per_pixel
-        light = light - hatching.hollows * np.clip(-gb.curvature[..., 1] * radius, 0.0, 1.0)
+        light = light - np.float32(hatching.hollows) * np.clip(-gb.curvature[..., 1] * radius, 0.0, 1.0)
     light = blurred(gb, light, hatching.blur / mm_per_pixel)
     d = np.clip((hatching.white - light) / (hatching.white - hatching.black), 0.0, 1.0)
     return np.where(gb.mask, tones(hatching)[-1].end * d**hatching.contrast, 0.0).astype(np.float32)

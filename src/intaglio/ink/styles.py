@@ -59,13 +59,19 @@ class Hatching:
 
 
 STYLES: dict[str, Hatching] = {
-    "pen-and-ink": Hatching(layers=1, separation=0.75, thinnest=0.06, thickest=0.5, white=0.8, black=0.1, contrast=1.15, taper=0.8),
+    # One layer whose lines swell with darkness, as in textbooks.
+    "pen-and-ink": Hatching(
+        layers=1, separation=0.75, thinnest=0.06, thickest=0.5, white=0.8, black=0.1, contrast=1.15, taper=0.8, ragged=0.008,
+    ),
+    # Fine lines, nested, crossed in the shadows: copperplate.
     "engraving": Hatching(
         layers=2, crosshatch=1, separation=0.8, thinnest=0.05, thickest=0.26, smoothing=7.0, contour=0.3, taper=1.0, angle=60.0,
     ),
+    # Grey strokes of a hand's length that overlap, press harder in the dark and do not run quite straight.
     "pencil": Hatching(
-        layers=2, crosshatch=1, separation=0.75, thinnest=0.1, thickest=0.27, opacity=0.62, pressure=0.6, white=0.82, black=0.08,
-        contrast=1.25, longest=16.0, wobble=0.07, ragged=0.06, taper=3.0, contour=0.34, ink="#2b2b2e", paper="#fbfaf6", angle=40.0,
+        layers=2, crosshatch=1, separation=0.75, thinnest=0.1, thickest=0.27, opacity=0.62, pressure=0.6, white=0.82,
+        black=0.08, contrast=1.25, longest=16.0, wobble=0.07, ragged=0.06, taper=3.0, contour=0.34, angle=40.0,
+        ink="#2b2b2e", paper="#fbfaf6",
     ),
 }  # fmt: skip
 

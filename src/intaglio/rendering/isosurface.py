@@ -2,7 +2,6 @@
 
 # G. Kindlmann, R. Whitaker, T. Tasdizen, T. Moeller, "Curvature-based transfer functions for direct
 # volume rendering: methods and applications", 2003.
-# M. Levoy, "Efficient ray tracing of volume data", 1990 (skipping empty blocks).
 
 from __future__ import annotations
 
@@ -13,106 +12,24 @@ from typing import Literal
 import numpy as np
 
 from intaglio.camera import Camera
-from intaglio.compute import Progress, frozen, helper, kernel, tiles
+from intaglio.compute import Progress, frozen, kernel, tiles
 from intaglio.errors import InputError
 from intaglio.gbuffer import GBuffer
 from intaglio.lighting import DEFAULT_LIGHTS, Light, Material, packed_lights
-from intaglio.rendering.sampling import tricubic, trilinear
-from intaglio.rendering.skipping import BLOCK, surface_blocks
+from intaglio.rendering.first_hit import first_hit, ray_at
+from intaglio.rendering.sampling import tricubic
+from intaglio.rendering.skipping import surface_blocks
 from intaglio.volume import Volume
 
-# Voxels between samples on a ray inside a block that can hold the surface.
-STEP = 0.5
 # A jump of depth by less than this many voxels is not a contour.
 MIN_JUMP = 1.5
 
 
-@helper
-def _clip(o, d, n, near, far):  # type: ignore[no-untyped-def]
-    """Part of the ray between the planes 0 and n - 1 of one axis."""
-    if abs(d) < 1e-12:
-        if o < 0.0 or o > n - 1.0:
-            return 1.0, 0.0
-        return near, far
-    a = (0.0 - o) / d
-    b = (n - 1.0 - o) / d
-    return max(near, min(a, b)), min(far, max(a, b))
-
-
-@helper
-def _leave(o, d, cell, t):  # type: ignore[no-untyped-def]
-    """Where the ray leaves a block's slab of one axis."""
-    if d > 1e-12:
-        return ((cell + 1) * BLOCK - o) / d
-    if d < -1e-12:
-        return (cell * BLOCK - o) / d
-    return np.inf
-
-
 @kernel
-def first_hit(voxels, blocks, iso, sign, ray, start):  # type: ignore[no-untyped-def]
-    """Depth at which sign * (value - iso) first reaches 0 beyond `start`, inf for none; and whether it begins inside.
-
-    ray (6,) is origin and direction in index space. Trilinear; exact to about 1e-5 voxel.
-    """
-    nz, ny, nx = voxels.shape
-    ox, oy, oz, dx, dy, dz = ray[0], ray[1], ray[2], ray[3], ray[4], ray[5]
-    near, far = _clip(ox, dx, nx, start, np.inf)
-    near, far = _clip(oy, dy, ny, near, far)
-    near, far = _clip(oz, dz, nz, near, far)
-    if not near <= far:
-        return np.inf, False
-    t = near
-    if sign * (trilinear(voxels, ox + t * dx, oy + t * dy, oz + t * dz) - iso) >= 0.0:
-        return t, True
-    length = math.sqrt(dx * dx + dy * dy + dz * dz)
-    dt = STEP / length
-    nudge = 1e-6 / length
-    while t < far:
-        bx = min(max(int(ox + (t + nudge) * dx), 0), nx - 2) // BLOCK
-        by = min(max(int(oy + (t + nudge) * dy), 0), ny - 2) // BLOCK
-        bz = min(max(int(oz + (t + nudge) * dz), 0), nz - 2) // BLOCK
-        leave = min(_leave(ox, dx, bx, t), _leave(oy, dy, by, t), _leave(oz, dz, bz, t))
-        leave = min(max(leave, t + nudge), far)
-        if blocks[bz, by, bx]:
-            a = t
-            fa = sign * (trilinear(voxels, ox + a * dx, oy + a * dy, oz + a * dz) - iso)
-            while a < leave:
-                b = min(a + dt, leave)
-                fb = sign * (trilinear(voxels, ox + b * dx, oy + b * dy, oz + b * dz) - iso)
-                if fb >= 0.0:
-                    # Regula falsi, halving the value that stays (Illinois).
-                    for _ in range(24):
-                        if b - a < 1e-5 * dt or fb == fa:
-                            break
-                        m = b - fb * (b - a) / (fb - fa)
-                        fm = sign * (trilinear(voxels, ox + m * dx, oy + m * dy, oz + m * dz) - iso)
-                        if abs(fm) < 1e-7 * abs(iso) + 1e-12:
-                            return m, False
-                        if fm >= 0.0:
-                            b = m
-                            fb = fm
-                            fa *= 0.5
-                        else:
-                            a = m
-                            fa = fm
-                            fb *= 0.5
-                    return b, False
-                a = b
-                fa = fb
-        t = leave
-    return np.inf, False
-
-
-@helper
-def _ray(rays, px, py, out):  # type: ignore[no-untyped-def]
-    for c in range(3):
-        out[c] = rays[0, c] + px * rays[1, c] + py * rays[2, c]
-        out[3 + c] = rays[3, c] + px * rays[4, c] + py * rays[5, c]
-
-
-@kernel
-def _trace(y0, y1, x0, x1, voxels, blocks, iso, sign, index_rays, world_rays, to_world, lights, material, depth, normal, curvature, direction, view_curvature, light):  # type: ignore[no-untyped-def]  # noqa: E501
+def _trace(  # type: ignore[no-untyped-def]
+    y0, y1, x0, x1, voxels, blocks, iso, sign, index_rays, world_rays, to_world, lights, material,
+    depth, normal, curvature, direction, view_curvature, light,
+):  # fmt: skip
     nz, ny, nx = voxels.shape
     ray = np.empty(6)
     world = np.empty(6)
@@ -124,11 +41,11 @@ def _trace(y0, y1, x0, x1, voxels, blocks, iso, sign, index_rays, world_rays, to
     hw = np.empty((3, 3))
     for py in range(y0, y1):
         for px in range(x0, x1):
-            _ray(index_rays, px + 0.5, py + 0.5, ray)
+            ray_at(index_rays, px + 0.5, py + 0.5, ray)
             t, inside = first_hit(voxels, blocks, iso, sign, ray, 0.0)
             if t == np.inf:
                 continue
-            _ray(world_rays, px + 0.5, py + 0.5, world)
+            ray_at(world_rays, px + 0.5, py + 0.5, world)
             back = 1.0 / math.sqrt(world[3] ** 2 + world[4] ** 2 + world[5] ** 2)
             vx, vy, vz = -world[3] * back, -world[4] * back, -world[5] * back
             x, y, z = ray[0] + t * ray[3], ray[1] + t * ray[4], ray[2] + t * ray[5]
@@ -254,7 +171,7 @@ def _edges(y0, y1, x0, x1, voxels, blocks, iso, sign, index_rays, min_jump, dept
                 start = min(ta, tb) - 3.0 * min_jump
                 for _ in range(6):
                     m = 0.5 * (low + high)
-                    _ray(index_rays, px + 0.5 + m * (1 - side), py + 0.5 + m * side, ray)
+                    ray_at(index_rays, px + 0.5 + m * (1 - side), py + 0.5 + m * side, ray)
                     tm, inside = first_hit(voxels, blocks, iso, sign, ray, max(start, 0.0))
                     # Towards the end whose depth it has less in common with.
                     if abs(tm - ta) < abs(tm - tb) or (tm == np.inf and ta == np.inf):
@@ -277,11 +194,13 @@ def isosurface(
     lights: Sequence[Light] = DEFAULT_LIGHTS,
     material: Material | None = None,
     inside: Literal["above", "below"] = "above",
+    islands: float = 0.0,
     progress: Progress | None = None,
 ) -> GBuffer:
     """The surface where the volume has the value `iso`, as the camera sees it.
 
     inside   on which side of the isovalue the body is: "below" for distance fields
+    islands  pieces smaller than this part of the largest one are left out (see `surface_blocks`)
     Returns a GBuffer of camera.size. The hit is that of the field through the voxels to fourth order in
     their spacing; normal and curvatures come from the tricubic B-spline at the hit, curvature by
     G = -P H P / |g| in the tangent plane, solved exactly (Kindlmann et al. 2003). Where the scan ends inside
@@ -308,7 +227,8 @@ def isosurface(
     index_rays[0] += volume.index_from_world[:3, 3] if camera.projection == "orthographic" else 0.0
     if camera.projection == "perspective":
         index_rays[0] = eye
-    field = (frozen(volume.array), frozen(surface_blocks(volume, iso)), float(iso), 1.0 if inside == "above" else -1.0, index_rays)
+    sign = 1.0 if inside == "above" else -1.0
+    field = (frozen(volume.array), frozen(surface_blocks(volume, iso, islands)), float(iso), sign, index_rays)
     shading = np.array([material.ambient, material.diffuse, material.specular, material.shininess, material.two_sided])
     shape = gb.depth.shape
     tiles(

@@ -22,7 +22,7 @@ def body_surface(volume: Volume) -> tuple[float, str]:
     low, high = volume.range
     if low == high:
         raise InputError(f"{volume.name}: every voxel is {low:g}, so it has no surface; is this the right file?")
-    if volume.array.dtype.kind in "if" and -4096 <= low <= -500 and 300 <= high:
+    if volume.array.dtype.kind in "if" and -4096 <= low <= -500 and high >= 300:
         return SKIN_HU, "skin in Hounsfield units"
     stride = max(1, round((volume.array.size / 2e6) ** (1 / 3)))
     values = volume.array[::stride, ::stride, ::stride].astype(np.float64)

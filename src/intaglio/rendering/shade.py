@@ -25,7 +25,7 @@ def shade(
         raise InputError(f"reduce must be between 1 and the image's side, not {reduce!r}")
     rgba = np.empty((h, w, 4), dtype=np.float32)
     body = gb.light[..., 0] + gb.light[..., 1]
-    rgba[..., :3] = np.clip(body[..., None] * np.float32(colour) + gb.light[..., 2, None], 0.0, 1.0)
+    rgba[..., :3] = np.clip(body[..., None] * np.asarray(colour, dtype=np.float32) + gb.light[..., 2, None], 0.0, 1.0)
     rgba[..., 3] = 1.0
     rgba[~gb.mask] = background
     if reduce > 1:

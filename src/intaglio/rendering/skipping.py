@@ -39,6 +39,24 @@ def _min_max(begin, end, voxels, low, high):  # type: ignore[no-untyped-def]
                             high[bz, by, bx] = max(high[bz, by, bx], b)
 
 
+@kernel
+def _fill(begin, end, voxels, low, high, iso, count):  # type: ignore[no-untyped-def]
+    """Voxels of at least `iso` in each block, without the layer it shares with the next one."""
+    nz, ny, nx = voxels.shape
+    for bz in range(begin, end):
+        for by in range(low.shape[1]):
+            for bx in range(low.shape[2]):
+                if low[bz, by, bx] >= iso:
+                    count[bz, by, bx] = BLOCK * BLOCK * BLOCK
+                elif high[bz, by, bx] >= iso:
+                    n = 0
+                    for z in range(bz * BLOCK, min(bz * BLOCK + BLOCK, nz)):
+                        for y in range(by * BLOCK, min(by * BLOCK + BLOCK, ny)):
+                            for x in range(bx * BLOCK, min(bx * BLOCK + BLOCK, nx)):
+                                n += voxels[z, y, x] >= iso
+                    count[bz, by, bx] = n
+
+
 def min_max_blocks(volume: Volume, progress: Progress | None = None) -> tuple[NDArray[Any], NDArray[Any]]:
     """Smallest and largest voxel of each block of 8 x 8 x 8 cells, (z, y, x); kept as long as the volume lives.
 
@@ -53,10 +71,24 @@ def min_max_blocks(volume: Volume, progress: Progress | None = None) -> tuple[ND
     return _blocks[volume]
 
 
-def surface_blocks(volume: Volume, iso: float) -> NDArray[np.bool_]:
-    """The blocks through which the surface of an isovalue can pass."""
+def surface_blocks(volume: Volume, iso: float, islands: float = 0.0) -> NDArray[np.bool_]:
+    """The blocks through which the surface of an isovalue can pass.
+
+    islands  pieces of the body that have fewer voxels than this part of the largest piece are left out: dust,
+             cables, the corner of a table. Pieces less than a block apart count as one.
+    """
     low, high = min_max_blocks(volume)
-    return (low < iso) & (high >= iso)
+    blocks = (low < iso) & (high >= iso)
+    if islands > 0:
+        from scipy import ndimage
+
+        label, count = ndimage.label(high >= iso, np.ones((3, 3, 3), dtype=bool))
+        if count > 1:
+            inside = np.zeros(low.shape, dtype=np.int64)
+            strips(_fill, len(low), frozen(volume.array), low, high, float(iso), inside)
+            size = np.bincount(label.ravel(), weights=inside.ravel())
+            blocks &= (size >= islands * size.max())[label]
+    return blocks
 
 
 def surface_corners(volume: Volume, blocks: NDArray[np.bool_]) -> NDArray[np.float64]:

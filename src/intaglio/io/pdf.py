@@ -24,7 +24,7 @@ LARGEST_MM = 200 * 25.4  # beyond 14,400 points a page is not portable (ISO 3200
 
 
 def pdf_bytes(drawing: Drawing) -> bytes:
-    """The whole file; equal drawings give equal bytes. A plate larger than 5080 mm is shown smaller, with a user unit."""
+    """The whole file; equal drawings give equal bytes. A plate larger than 5080 mm is scaled down by a whole number."""
     from fpdf import FPDF
 
     shrink = max(1.0, np.ceil(max(drawing.width_mm, drawing.height_mm) / LARGEST_MM))

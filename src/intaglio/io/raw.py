@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +17,7 @@ from intaglio.io.payload import is_gzip, opened, read_slices
 if TYPE_CHECKING:
     from intaglio.compute import Progress
 
-Raw = tuple[tuple[int, int, int], DTypeLike, ArrayLike]
+Raw = tuple[Sequence[int], DTypeLike, ArrayLike]
 
 
 def read_raw(path: Path, raw: Raw, *, progress: Progress | None = None) -> tuple[NDArray[Any], Matrix, list[str]]:

@@ -1,0 +1,280 @@
+"""Slow float64 twins of the kernels, and surfaces whose forms are known."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from intaglio import Camera, Light, Material, Volume
+
+Array = NDArray[np.float64]
+Field = Callable[[Array], Array]
+
+
+def trilinear(voxels: ArrayLike, points: ArrayLike) -> Array:
+    """Values at (n, 3) indices (x, y, z): the eight neighbours, each weighted by its share; outside, the nearest inside."""
+    grid = np.asarray(voxels, dtype=np.float64)
+    last = np.array(grid.shape[::-1]) - 1.0
+    p = np.clip(np.asarray(points, dtype=np.float64), 0.0, last)
+    total = np.zeros(len(p))
+    for corner in np.ndindex(2, 2, 2):
+        cell = np.minimum(np.floor(p), last - 1) + corner
+        weight = np.prod(1.0 - np.abs(p - cell), axis=1)
+        x, y, z = cell.astype(int).T
+        total += weight * grid[z, y, x]
+    return total
+
+
+def _basis(t: Array) -> tuple[Array, Array, Array]:
+    """The cubic B-spline around 0, its first and its second derivative."""
+    a = np.abs(t)
+    near, far = a < 1.0, a < 2.0
+    value = np.where(near, 2 / 3 - a**2 + a**3 / 2, np.where(far, (2 - a) ** 3 / 6, 0.0))
+    first = np.where(near, -2 * t + 1.5 * t * a, np.where(far, -np.sign(t) * (2 - a) ** 2 / 2, 0.0))
+    second = np.where(near, 3 * a - 2, np.where(far, 2 - a, 0.0))
+    return value, first, second
+
+
+def bspline(voxels: ArrayLike, point: ArrayLike) -> tuple[float, Array, Array]:
+    """Value, gradient (3,) and Hessian (3, 3) at one index (x, y, z): the sum over all voxels of voxel times basis."""
+    grid = np.asarray(voxels, dtype=np.float64)
+    # Two more layers of the border's voxels, which is as far as the basis reaches.
+    grid = np.pad(grid, 2, mode="edge")
+    x, y, z = (_basis(c - (np.arange(n) - 2.0)) for c, n in zip(np.asarray(point, float), grid.shape[::-1], strict=True))
+
+    def total(i: int, j: int, k: int) -> float:
+        return float(np.einsum("zyx,z,y,x->", grid, z[k], y[j], x[i]))
+
+    gradient = np.array([total(1, 0, 0), total(0, 1, 0), total(0, 0, 1)])
+    xy, xz, yz = total(1, 1, 0), total(1, 0, 1), total(0, 1, 1)
+    hessian = np.array([[total(2, 0, 0), xy, xz], [xy, total(0, 2, 0), yz], [xz, yz, total(0, 0, 2)]])
+    return total(0, 0, 0), gradient, hessian
+
+
+@dataclass(frozen=True)
+class Bend:
+    """Of a surface at n points: normal (n, 3), curvatures k1 >= k2 (n, 2), direction of k1 (n, 3), shape operator (n, 3, 3)."""
+
+    normal: Array
+    curvature: Array
+    direction: Array
+    operator: Array
+
+
+def bend(gradient: ArrayLike, hessian: ArrayLike) -> Bend:
+    """The body lies where the field is greater. Kindlmann et al. 2003: n = -g / |g|, P = I - n n', G = -P H P / |g|."""
+    g, h = np.atleast_2d(np.asarray(gradient, float)), np.asarray(hessian, float).reshape(-1, 3, 3)
+    size = np.linalg.norm(g, axis=1)
+    normal = -g / size[:, None]
+    p = np.eye(3) - normal[:, :, None] * normal[:, None, :]
+    operator = -p @ h @ p / size[:, None, None]
+    curvature, direction = np.empty((len(g), 2)), np.empty((len(g), 3))
+    for i in range(len(g)):
+        # The eigenvectors of P are the normal (eigenvalue 0) and a basis of the tangent plane.
+        plane = np.linalg.eigh(p[i])[1][:, 1:]
+        values, vectors = np.linalg.eigh(plane.T @ operator[i] @ plane)
+        curvature[i] = values[::-1]
+        direction[i] = plane @ vectors[:, 1]
+    return Bend(normal, curvature, direction, operator)
+
+
+def euler(curvature: ArrayLike, direction: ArrayLike, normal: ArrayLike, view: ArrayLike) -> Array:
+    """Normal curvature k1 cos² + k2 sin² in the direction of the view's part in the tangent plane."""
+    k, e, n, v = (np.asarray(a, dtype=np.float64) for a in (curvature, direction, normal, view))
+    w = v - n * (n * v).sum(axis=-1, keepdims=True)
+    cos2 = (w * e).sum(axis=-1) ** 2 / (w * w).sum(axis=-1)
+    return np.asarray(k[..., 0] * cos2 + k[..., 1] * (1.0 - cos2))
+
+
+def march(field: Field, origins: Array, directions: Array, start: float, stop: float, step: float) -> Array:
+    """(n,) least t at which field(origin + t direction) reaches 0 from below, found in small steps, then halved; inf for none."""
+    low, high = np.full(len(origins), start), np.full(len(origins), np.inf)
+    still = np.flatnonzero(field(origins + start * directions) < 0.0)
+    for t in np.arange(start + step, stop + step, step):
+        reached = field(origins[still] + t * directions[still]) >= 0.0
+        high[still[reached]] = t
+        still = still[~reached]
+        low[still] = t
+    found = np.isfinite(high)
+    o, d, a, b = origins[found], directions[found], low[found], high[found]
+    for _ in range(50):
+        m = 0.5 * (a + b)
+        reached = field(o + m[:, None] * d) >= 0.0
+        a, b = np.where(reached, a, m), np.where(reached, m, b)
+    high[found] = b
+    return high
+
+
+def rays(camera: Camera, x: ArrayLike, y: ArrayLike) -> tuple[Array, Array]:
+    """Origins and directions (n, 3), by depth, of the rays through image positions."""
+    x, y = np.asarray(x, dtype=np.float64)[:, None], np.asarray(y, dtype=np.float64)[:, None]
+    r = camera.rays()
+    return r[0] + x * r[1] + y * r[2], r[3] + x * r[4] + y * r[5]
+
+
+def blinn_phong(
+    position: Array, normal: Array, camera: Camera, lights: Sequence[Light], material: Material
+) -> tuple[float, float, float]:
+    """Ambient, diffuse and specular light of one point."""
+    view = _unit(camera.eye - position) if camera.projection == "perspective" else -camera.forward
+    diffuse = specular = 0.0
+    for light in lights:
+        towards, place = _unit(np.asarray(light.direction, float)), np.asarray(light.position, float)
+        if light.frame == "camera":
+            axes = np.stack([camera.right, camera.up, -camera.forward], axis=1)
+            towards, place = axes @ towards, camera.eye + axes @ place
+        power, axis = light.intensity, towards
+        if light.kind != "directional":
+            towards = _unit(place - position)
+        if light.kind == "spot":
+            off_axis = math.degrees(math.acos(min(1.0, max(-1.0, float(towards @ axis)))))
+            outer, inner = math.cos(math.radians(light.cone)), math.cos(math.radians(0.8 * light.cone))
+            s = min(1.0, max(0.0, (math.cos(math.radians(off_axis)) - outer) / (inner - outer)))
+            power *= s * s * (3 - 2 * s)
+        lit, shine = float(normal @ towards), float(normal @ _unit(towards + view))
+        if material.two_sided:
+            lit, shine = abs(lit), abs(shine)
+        if lit > 0:
+            diffuse += power * lit
+            specular += power * max(shine, 0.0) ** material.shininess
+    return material.ambient, material.diffuse * diffuse, material.specular * specular
+
+
+def gap(a: ArrayLike, b: ArrayLike) -> float:
+    """Least distance of a point of a (n, 2) from a point of b (m, 2)."""
+    difference = np.asarray(a, float)[:, None] - np.asarray(b, float)[None]
+    return float(np.sqrt((difference**2).sum(axis=2).min(initial=np.inf)))
+
+
+def _unit(v: Array) -> Array:
+    return v / np.linalg.norm(v)
+
+
+@dataclass(frozen=True)
+class Sphere:
+    """Every surface here is where its field, in mm and positive inside, is 0; bend tells normal and curvature there."""
+
+    radius: float
+    centre: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    def field(self, p: Array) -> Array:
+        return np.asarray(self.radius - np.linalg.norm(p - self.centre, axis=-1))
+
+    def bend(self, p: Array) -> Bend:
+        q = p - np.asarray(self.centre)
+        size = np.linalg.norm(q, axis=1)[:, None, None]
+        return bend(-q / size[:, 0], -(np.eye(3) - q[:, :, None] * q[:, None] / size**2) / size)
+
+
+@dataclass(frozen=True)
+class Cylinder:
+    """Without end, through the origin."""
+
+    radius: float
+    axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
+
+    def _across(self, p: Array) -> Array:
+        a = _unit(np.asarray(self.axis))
+        return np.asarray(p - (p @ a)[..., None] * a)
+
+    def field(self, p: Array) -> Array:
+        return np.asarray(self.radius - np.linalg.norm(self._across(p), axis=-1))
+
+    def bend(self, p: Array) -> Bend:
+        a = _unit(np.asarray(self.axis))
+        q = self._across(p)
+        size = np.linalg.norm(q, axis=1)[:, None, None]
+        across = np.eye(3) - a[:, None] * a
+        return bend(-q / size[:, 0], -(across - q[:, :, None] * q[:, None] / size**2) / size)
+
+
+@dataclass(frozen=True)
+class Torus:
+    """Around the z axis: its tube of radius `tube` runs round a circle of radius `ring`."""
+
+    ring: float
+    tube: float
+
+    def field(self, p: Array) -> Array:
+        return np.asarray(self.tube - np.hypot(np.hypot(p[..., 0], p[..., 1]) - self.ring, p[..., 2]))
+
+    def bend(self, p: Array) -> Bend:
+        """From the parametrisation: 1 / tube round the tube and cos t / (ring + tube cos t) round the ring."""
+        rho = np.hypot(p[:, 0], p[:, 1])
+        t = np.arctan2(p[:, 2], rho - self.ring)
+        out = np.stack([p[:, 0] / rho, p[:, 1] / rho, np.zeros(len(p))], axis=1)
+        up = np.array([0.0, 0.0, 1.0])
+        c, s = np.cos(t)[:, None], np.sin(t)[:, None]
+        normal, around = c * out + s * up, -s * out + c * up
+        along = np.cross(up, out)
+        k1, k2 = np.full(len(p), 1 / self.tube), np.cos(t) / (self.ring + self.tube * np.cos(t))
+        operator = (
+            k1[:, None, None] * around[:, :, None] * around[:, None] + k2[:, None, None] * along[:, :, None] * along[:, None]
+        )
+        return Bend(normal, np.stack([k1, k2], axis=1), around, operator)
+
+
+@dataclass(frozen=True)
+class Saddle:
+    """z = (x² - y²) / (2 scale), the body below it; at the origin k1 = 1 / scale along y and k2 = -1 / scale along x."""
+
+    scale: float
+
+    def field(self, p: Array) -> Array:
+        return np.asarray((p[..., 0] ** 2 - p[..., 1] ** 2) / (2 * self.scale) - p[..., 2])
+
+    def bend(self, p: Array) -> Bend:
+        gradient = np.stack([p[:, 0] / self.scale, -p[:, 1] / self.scale, np.full(len(p), -1.0)], axis=1)
+        return bend(gradient, np.broadcast_to(np.diag([1 / self.scale, -1 / self.scale, 0.0]), (len(p), 3, 3)))
+
+
+@dataclass(frozen=True)
+class Hollow:
+    """Solid all around another body."""
+
+    body: Sphere | Cylinder | Torus | Saddle
+
+    def field(self, p: Array) -> Array:
+        return -self.body.field(p)
+
+    def bend(self, p: Array) -> Bend:
+        b = self.body.bend(p)
+        return Bend(-b.normal, -b.curvature[:, ::-1], np.cross(b.normal, b.direction), -b.operator)
+
+
+def inside_grid(shape: tuple[int, int, int], world_from_index: Array) -> Field:
+    """How far, in voxels, a place is inside the outermost voxel centres; negative outside."""
+    index_from_world, last = np.linalg.inv(world_from_index), np.array(shape[::-1]) - 1.0
+
+    def field(p: Array) -> Array:
+        index = p @ index_from_world[:3, :3].T + index_from_world[:3, 3]
+        return np.asarray(np.minimum(index, last - index).min(axis=-1))
+
+    return field
+
+
+def centred(shape: tuple[int, int, int], axes: ArrayLike | None = None) -> Array:
+    """world_from_index of a grid around the origin, whose axes are the columns of a 3x3 matrix."""
+    matrix = np.eye(4)
+    matrix[:3, :3] = np.eye(3) if axes is None else axes
+    matrix[:3, 3] = -matrix[:3, :3] @ (np.array(shape[::-1]) - 1) / 2
+    return matrix
+
+
+def sampled(field: Field, shape: tuple[int, int, int], world_from_index: Array | None = None, dtype: str = "float32") -> Volume:
+    """A field in mm at the voxel centres of a grid (z, y, x), around the origin unless the matrix says otherwise.
+
+    Integers hold 10 (uint8) or 100 (int16) steps a millimetre around 128 or 0, as far as the type goes.
+    """
+    matrix = centred(shape) if world_from_index is None else world_from_index
+    z, y, x = np.indices(shape, dtype=np.float64)
+    values = field(np.stack([x, y, z], axis=-1) @ matrix[:3, :3].T + matrix[:3, 3])
+    if dtype == "uint8":
+        values = np.clip(np.round(128 + 10 * values), 0, 255)
+    elif dtype == "int16":
+        values = np.clip(np.round(100 * values), -32768, 32767)
+    return Volume(values.astype(dtype), matrix)

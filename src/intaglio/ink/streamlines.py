@@ -14,6 +14,9 @@ from intaglio.compute import helper, kernel
 from intaglio.errors import InputError
 
 TURN = math.cos(math.radians(40.0))
+# Points that a cell of the search grid holds, and where an empty place is.
+PLACES = 16
+NOWHERE = np.float32(1e9)
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,45 +62,76 @@ def _direction(field, x, y, px, py):  # type: ignore[no-untyped-def]
 
 
 @helper
-def _far(x, y, limit, size, head, following, px, py, line, arc, own, at, lag):  # type: ignore[no-untyped-def]
+def _taken(cell, fx, fy, bound, own, at, lag):  # type: ignore[no-untyped-def]
+    """Whether a cell (4, PLACES: x, y, line, arc) holds a point too near, other than of the line's own near part.
+
+    All places at once, empty ones being far away: one vector instruction instead of a search.
+    """
+    hits = np.float32(0.0)
+    for k in range(PLACES):
+        dx = cell[0, k] - fx
+        dy = cell[1, k] - fy
+        other = (cell[2, k] != own) | (abs(cell[3, k] - at) >= lag)
+        hits += np.float32(1.0) if (dx * dx + dy * dy < bound) & other else np.float32(0.0)
+    return hits > np.float32(0.0)
+
+
+@helper
+def _far(x, y, limit, inverse, cells, own, at, lag):  # type: ignore[no-untyped-def]
     """No point of another line, nor of the line's own distant part, within `limit` of (x, y)."""
-    cy = int(y / size)
-    cx = int(x / size)
-    bound = limit * limit
-    for j in range(max(cy - 1, 0), min(cy + 2, head.shape[0])):
-        for i in range(max(cx - 1, 0), min(cx + 2, head.shape[1])):
-            p = head[j, i]
-            while p >= 0:
-                dx = px[p] - x
-                dy = py[p] - y
-                if dx * dx + dy * dy < bound and not (line[p] == own and abs(arc[p] - at) < lag):
-                    return False
-                p = following[p]
+    # float32 all through: numba widens integers to 64 bits, which halves the lanes of the vector.
+    fx, fy, bound = np.float32(x), np.float32(y), np.float32(limit * limit)
+    own, at, lag = np.float32(own), np.float32(at), np.float32(lag)
+    # The cell of the point itself first: where lines are dense it decides.
+    if _taken(cells[int(y * inverse), int(x * inverse)], fx, fy, bound, own, at, lag):
+        return False
+    j0 = max(int((y - limit) * inverse), 0)
+    i0 = max(int((x - limit) * inverse), 0)
+    for j in range(j0, min(int((y + limit) * inverse) + 1, cells.shape[0])):
+        for i in range(i0, min(int((x + limit) * inverse) + 1, cells.shape[1])):
+            if _taken(cells[j, i], fx, fy, bound, own, at, lag):
+                return False
+    return True
+
+
+@helper
+def _enter(x, y, inverse, count, cells, own, at):  # type: ignore[no-untyped-def]
+    """Note a point in its cell; False when the cell is full."""
+    j = int(y * inverse)
+    i = int(x * inverse)
+    k = count[j, i]
+    if k == PLACES:
+        return False
+    cells[j, i, 0, k] = x
+    cells[j, i, 1, k] = y
+    cells[j, i, 2, k] = own
+    cells[j, i, 3, k] = at
+    count[j, i] = k + 1
     return True
 
 
 @kernel
-def _place(field, allowed, edge, separation, test, step, shortest, old, head, following, px, py, line, arc, offsets):  # type: ignore[no-untyped-def]
-    """Fill px, py with lines; returns (points, lines), or (-1, 0) when the arrays are too small."""
+def _place(  # type: ignore[no-untyped-def]
+    field, allowed, edge, separation, test, step, shortest, old, inverse, count, cells,
+    px, py, arc, offsets,
+):  # fmt: skip
+    """Fill px, py with lines; returns (points, lines), or (-1, 0) when the arrays, (-2, 0) when a cell is too small."""
     h, w = allowed.shape
     capacity = len(px)
     stop = separation * test
-    lag = int(3.0 * separation / step) + 2
-    n = old
-    for p in range(n):
-        j = int(py[p] / separation)
-        i = int(px[p] / separation)
-        following[p] = head[j, i]
-        head[j, i] = p
+    lag = np.int32(3.0 * separation / step + 2.0)
+    for p in range(len(old)):
+        if not _enter(old[p, 0], old[p, 1], inverse, count, cells, -1, 0):
+            return -2, 0
+    n = 0
     lines = 0
-    offsets[0] = n
     queue = 0
     candidate = 0
-    spread = max(1.0, 0.5 * separation)
+    spread = max(1.0, 0.75 * separation)
     across = int(math.ceil(w / spread))
     down = int(math.ceil(h / spread))
-    stride = max(1, int(0.5 * separation / step))
-    point = n
+    stride = max(1, int(separation / step))
+    point = 0
     side = 0
     while True:
         # The next place to begin: beside the lines there are, in their order; then any gap that is left.
@@ -108,8 +142,9 @@ def _place(field, allowed, edge, separation, test, step, shortest, old, head, fo
                     point = offsets[queue]
                 continue
             dx, dy = _direction(field, px[point], py[point], 1.0, 0.0)
-            sx = px[point] + (separation if side == 0 else -separation) * -dy
-            sy = py[point] + (separation if side == 0 else -separation) * dx
+            away = separation if side == 0 else -separation
+            sx = px[point] - away * dy
+            sy = py[point] + away * dx
             if side == 1:
                 point += stride
             side = 1 - side
@@ -121,7 +156,7 @@ def _place(field, allowed, edge, separation, test, step, shortest, old, head, fo
             candidate += 1
         if not (0.0 <= sx < w and 0.0 <= sy < h) or allowed[int(sy), int(sx)] == 0:
             continue
-        if not _far(sx, sy, 0.98 * separation, separation, head, following, px, py, line, arc, -1, 0, 0):
+        if not _far(sx, sy, 0.98 * separation, inverse, cells, -2, 0, 0):
             continue
         fx, fy = _direction(field, sx, sy, 1.0, 0.0)
         if fx == 0.0 and fy == 0.0:
@@ -133,25 +168,24 @@ def _place(field, allowed, edge, separation, test, step, shortest, old, head, fo
             y = sy
             dx = fx if way == 0 else -fx
             dy = fy if way == 0 else -fy
-            at = 0
+            at = np.int32(0)
             while True:
                 if way == 0 or at != 0:
                     if n >= capacity:
                         return -1, 0
+                    if not _enter(x, y, inverse, count, cells, lines, at):
+                        return -2, 0
                     px[n] = x
                     py[n] = y
-                    line[n] = lines
                     arc[n] = at
-                    j = int(y / separation)
-                    i = int(x / separation)
-                    following[n] = head[j, i]
-                    head[j, i] = n
                     n += 1
-                # Midpoint rule.
+                # Midpoint rule, the middle foreseen from the last step's direction: one look at the field a step.
                 mx, my = _direction(field, x + 0.5 * step * dx, y + 0.5 * step * dy, dx, dy)
+                if mx * dx + my * dy < TURN:
+                    break
                 nx = x + step * mx
                 ny = y + step * my
-                if (mx == 0.0 and my == 0.0) or not (0.0 <= nx < w and 0.0 <= ny < h):
+                if not (0.0 <= nx < w and 0.0 <= ny < h):
                     break
                 i = int(x)
                 j = int(y)
@@ -163,39 +197,37 @@ def _place(field, allowed, edge, separation, test, step, shortest, old, head, fo
                     break
                 if j2 != j and edge[min(j, j2), i2, 1] >= 0.0:
                     break
-                ex, ey = _direction(field, nx, ny, mx, my)
-                if ex * dx + ey * dy < TURN:
-                    break
-                at += 1 if way == 0 else -1
-                if not _far(nx, ny, stop, separation, head, following, px, py, line, arc, lines, at, lag):
+                at += np.int32(1) if way == 0 else np.int32(-1)
+                if not _far(nx, ny, stop, inverse, cells, lines, at, lag):
                     break
                 x = nx
                 y = ny
-                dx = ex
-                dy = ey
+                dx = mx
+                dy = my
         if n - first < shortest:
             while n > first:
                 n -= 1
-                head[int(py[n] / separation), int(px[n] / separation)] = following[n]
+                j = int(py[n] * inverse)
+                i = int(px[n] * inverse)
+                count[j, i] -= 1
+                cells[j, i, 0, count[j, i]] = NOWHERE
             continue
         lines += 1
         if lines >= len(offsets):
             return -1, 0
         offsets[lines] = n
-        if lines == 1:
-            point = offsets[0]
     return n, lines
 
 
 @kernel
-def _in_order(offsets, first, px, py, arc, out):  # type: ignore[no-untyped-def]
+def _in_order(offsets, px, py, arc, out):  # type: ignore[no-untyped-def]
     """Lines grew both ways from their seeds; put their points in the order of arc."""
     for i in range(len(offsets) - 1):
         low = 0
         for p in range(offsets[i], offsets[i + 1]):
             low = min(low, arc[p])
         for p in range(offsets[i], offsets[i + 1]):
-            q = offsets[i] - first + arc[p] - low
+            q = offsets[i] + arc[p] - low
             out[q, 0] = px[p]
             out[q, 1] = py[p]
 
@@ -228,29 +260,27 @@ def streamlines(
     if not 0.1 <= test <= 1.0:
         raise InputError(f"test must be between 0.1 and 1, not {test!r}")
     h, w = field.shape[1:]
-    step = min(step, 0.5 * test * separation)
+    step = min(step, 0.7 * test * separation)
     allowed = np.ones((h, w), dtype=bool) if allowed is None else allowed
     edge = np.full((h, w, 2), np.nan, dtype=np.float32) if edge is None else edge
     old = np.zeros((0, 2), dtype=np.float32) if beside is None else beside
     shortest = separation if shortest is None else shortest
     least = max(2, int(shortest / step) + 1)
-    capacity = len(old) + 1024 + int(1.5 * int(allowed.sum()) / (separation * step))
+    capacity = 1024 + int(1.6 * int(allowed.sum()) / (separation * step))
+    size = separation
     while True:
-        px, py = np.empty(capacity, dtype=np.float32), np.empty(capacity, dtype=np.float32)
-        px[: len(old)], py[: len(old)] = old[:, 0], old[:, 1]
-        line = np.full(capacity, -2, dtype=np.int32)
-        arc = np.zeros(capacity, dtype=np.int32)
-        head = np.full((int(h / separation) + 1, int(w / separation) + 1), -1, dtype=np.int32)
-        following = np.empty(capacity, dtype=np.int32)
+        px, py, arc = (np.empty(capacity, dtype=t) for t in (np.float32, np.float32, np.int32))
         offsets = np.zeros(capacity // 2 + 2, dtype=np.int64)
+        count = np.zeros((int(h / size) + 1, int(w / size) + 1), dtype=np.int32)
+        cells = np.full((*count.shape, 4, PLACES), NOWHERE)
         n, lines = _place(
-            field, allowed.view(np.uint8), edge, float(separation), float(test), float(step), least,
-            len(old), head, following, px, py, line, arc, offsets,
+            field, allowed.view(np.uint8), edge, float(separation), float(test), float(step), least, old, 1.0 / size,
+            count, cells, px, py, arc, offsets,
         )  # fmt: skip
         if n >= 0:
             break
-        capacity *= 2
+        capacity, size = (2 * capacity, size) if n == -1 else (capacity, 0.7 * size)
     offsets = offsets[: lines + 1].copy()
-    points = np.empty((n - len(old), 2), dtype=np.float32)
-    _in_order(offsets, len(old), px, py, arc, points)
-    return Streamlines(points, offsets - len(old))
+    points = np.empty((n, 2), dtype=np.float32)
+    _in_order(offsets, px, py, arc, points)
+    return Streamlines(points, offsets)

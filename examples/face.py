@@ -1,0 +1,14 @@
+"""The skin of the same CT, in pencil; the scars at the mouth are artefacts of dental metal."""
+
+from pathlib import Path
+
+from _scans import scan
+
+import intaglio as ig
+
+
+def make(data: Path | None, size: int) -> ig.Drawing:
+    volume, real = scan(data, "ct_head.nii.gz")
+    iso = 0.2 if real else ig.body_surface(volume)[0]
+    camera = ig.surface_camera(volume, iso, "anterior", size)
+    return ig.hatch(volume, iso=iso, camera=camera, style="pencil")

@@ -1,0 +1,14 @@
+"""The bones of the same feet, in pen and ink."""
+
+from pathlib import Path
+
+from _scans import scan
+
+import intaglio as ig
+
+
+def make(data: Path | None, size: int) -> ig.Drawing:
+    volume, real = scan(data, "ct_feet_dicom.tar.xz")
+    iso = 200.0 if real else ig.body_surface(volume)[0]
+    camera = ig.surface_camera(volume, iso, (0.3, 1.0, 0.6), size)
+    return ig.hatch(volume, iso=iso, camera=camera, style="pen-and-ink")

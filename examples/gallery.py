@@ -1,0 +1,63 @@
+"""Make every example's picture at full size: docs/gallery/NAME.png, and NAME.svg beside it for one of them."""
+
+from __future__ import annotations
+
+import importlib
+import io
+import sys
+import time
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+from PIL import Image as Picture
+
+import intaglio as ig
+
+HERE = Path(__file__).parent
+ROOT = HERE.parent
+WIDTH = 900
+AS_SVG = "pen_and_ink_head"
+
+
+def examples() -> list[ModuleType]:
+    """The modules that make a picture."""
+    names = sorted(p.stem for p in HERE.glob("*.py") if p.stem not in ("gallery", "_scans"))
+    return [importlib.import_module(name) for name in names]
+
+
+def data_folder() -> Path | None:
+    """Real scans, if they lie beside the checkout."""
+    folder = ROOT.parent / "shared" / "data"
+    return folder if folder.is_dir() else None
+
+
+def reading_size(plate: ig.Drawing | ig.Image, limit: int = 300_000) -> bytes:
+    """A PNG of reading size, in as many greys as stay below the limit of bytes."""
+    image = plate.image(25.4 * 2 * WIDTH / plate.width_mm) if isinstance(plate, ig.Drawing) else plate
+    picture = Picture.fromarray((np.clip(image.array[..., :3], 0, 1) * 255 + 0.5).astype(np.uint8))
+    picture = picture.resize((WIDTH, round(WIDTH * picture.height / picture.width)), Picture.Resampling.LANCZOS)
+    for colours in (256, 64, 32, 16, 8):
+        out = io.BytesIO()
+        picture.convert("L").quantize(colours, dither=Picture.Dither.NONE).save(out, "PNG", optimize=True)
+        if out.tell() < limit:
+            break
+    return out.getvalue()
+
+
+def main() -> None:
+    folder = ROOT / "docs" / "gallery"
+    folder.mkdir(parents=True, exist_ok=True)
+    for example in examples():
+        begun = time.perf_counter()
+        plate = example.make(data_folder(), 1400)
+        (folder / f"{example.__name__}.png").write_bytes(reading_size(plate))
+        if example.__name__ == AS_SVG:
+            assert isinstance(plate, ig.Drawing)
+            plate.save(folder / f"{example.__name__}.svg")
+        print(f"{example.__name__:<20}{time.perf_counter() - begun:6.2f} s  {example.__doc__}")
+
+
+if __name__ == "__main__":
+    sys.path.insert(0, str(HERE))
+    main()

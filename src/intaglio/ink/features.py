@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from intaglio.compute import helper, kernel, strips
 from intaglio.gbuffer import GBuffer
 from intaglio.ink.contours import chains, places
-from intaglio.ink.direction import connections, smooth
+from intaglio.ink.smoothing import connections, smooth
 
 Floats = NDArray[np.float32]
 

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from intaglio.compute import Progress
 from intaglio.drawing import Layer, Strokes
 from intaglio.gbuffer import GBuffer
-from intaglio.ink.direction import blurred, direction_field
+from intaglio.ink.direction import direction_field
+from intaglio.ink.smoothing import blurred
 from intaglio.ink.streamlines import streamlines
 from intaglio.ink.strokes import (
     arc_length,

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from intaglio import Camera, Light, Material, Volume
+from intaglio import Camera, GBuffer, Light, Material, Volume
 
 Array = NDArray[np.float64]
 Field = Callable[[Array], Array]
@@ -278,3 +278,22 @@ def sampled(field: Field, shape: tuple[int, int, int], world_from_index: Array |
     elif dtype == "int16":
         values = np.clip(np.round(100 * values), -32768, 32767)
     return Volume(values.astype(dtype), matrix)
+
+
+def sheet(size: tuple[int, int], pixel: float = 0.5, depth: float = 100.0, light: ArrayLike = 0.5) -> GBuffer:
+    """A flat sheet that fills a picture (height, width) and faces the viewer, who looks at it from anterior."""
+    height, width = size
+    eye, forward, up = np.zeros(3), np.array([0.0, -1.0, 0.0]), np.array([0.0, 0.0, 1.0])
+    gb = GBuffer.empty(Camera(eye, forward, up, (width, height), pixel))
+    gb.depth[:] = depth
+    gb.normal[:] = -forward
+    gb.direction[:] = gb.camera.right
+    gb.light[..., 1] = light
+    return gb
+
+
+def mark_edges(gb: GBuffer, label: ArrayLike) -> None:
+    """Edges half way between neighbouring pixels of different labels (height, width)."""
+    parts = np.asarray(label)
+    gb.edge[:, :-1, 0][parts[:, 1:] != parts[:, :-1]] = 0.5
+    gb.edge[:-1, :, 1][parts[1:] != parts[:-1]] = 0.5

@@ -32,8 +32,8 @@ class Contours:
 
 
 @kernel
-def _link(edge, depth, links):  # type: ignore[no-untyped-def]
-    """links[2 (y w + x) + side] = the one or two crossings that follow it, -1 for none.
+def _link(edge, depth, number, links):  # type: ignore[no-untyped-def]
+    """links[number[2 (y w + x) + side]] = the one or two crossings that follow it, -1 for none.
 
     Every square of four pixel centres has up to four crossings on its sides. Two are joined. Of more, those with the
     background behind them are joined first, so that the outline stays whole; then those whose near surfaces are most
@@ -52,7 +52,7 @@ def _link(edge, depth, links):  # type: ignore[no-untyped-def]
                 ex = x + (1 if side == 3 else 0)
                 way = 0 if side < 2 else 1
                 if edge[ey, ex, way] >= 0.0:
-                    node[n] = 2 * (ey * w + ex) + way
+                    node[n] = number[2 * (ey * w + ex) + way]
                     a = depth[ey, ex]
                     b = depth[ey + way, ex + 1 - way]
                     near[n] = min(a, b)
@@ -82,12 +82,12 @@ def _link(edge, depth, links):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def _follow(nodes, links, used, order, offsets):  # type: ignore[no-untyped-def]
+def _follow(links, used, order, offsets):  # type: ignore[no-untyped-def]
     """Chains: from loose ends first, then loops, which repeat their first crossing at the end."""
     n = 0
     lines = 0
     for loops in range(2):
-        for start in nodes:
+        for start in range(len(links)):
             if used[start] or (loops == 0 and links[start, 0] >= 0 and links[start, 1] >= 0):
                 continue
             at = start
@@ -110,13 +110,14 @@ def chains(crossing: NDArray[np.float32], depth: NDArray[np.float32]) -> tuple[N
     """Join crossings (h, w, 2), laid out as the G-buffer's `edge`, to lines: their numbers 2 (y w + x) + side, and offsets."""
     h, w = depth.shape
     nodes = np.flatnonzero(crossing.reshape(-1) >= 0.0)
-    links = np.full((2 * h * w, 2), -1, dtype=np.int64)
-    used = np.zeros(2 * h * w, dtype=bool)
+    number = np.full(2 * h * w, -1, dtype=np.int32)
+    number[nodes] = np.arange(len(nodes))
+    links = np.full((len(nodes), 2), -1, dtype=np.int64)
     order = np.empty(2 * len(nodes), dtype=np.int64)
     offsets = np.zeros(len(nodes) + 1, dtype=np.int64)
-    _link(crossing, depth, links)
-    n, lines = _follow(nodes, links, used, order, offsets)
-    return order[:n], offsets[: lines + 1].copy()
+    _link(crossing, depth, number, links)
+    n, lines = _follow(links, np.zeros(len(nodes), dtype=bool), order, offsets)
+    return nodes[order[:n]], offsets[: lines + 1].copy()
 
 
 def places(order: NDArray[np.int64], crossing: NDArray[np.float32]) -> NDArray[np.float32]:

@@ -2,25 +2,30 @@
 
 from __future__ import annotations
 
+import io
 import sys
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 import intaglio
-from intaglio.cli.console import out, said
+from intaglio.cli.console import out, say
 from intaglio.cli.demo import demo
 from intaglio.cli.hatch import hatch
 from intaglio.cli.info import info
 from intaglio.errors import InputError
 
+# What typer raises for wrong usage; of that family it names only BadParameter.
+UsageError: Any = typer.BadParameter.__mro__[1]
+
 app = typer.Typer(
-    no_args_is_help=True,
     add_completion=False,
     rich_markup_mode="markdown",
     pretty_exceptions_enable=False,
     help="From scan to plate: anatomical illustrations as vector drawings.\n\n"
-    "Start with `intaglio demo`, then `intaglio hatch SCAN -o plate.svg`.",
+    "`intaglio demo` draws the head that comes with it\n\n"
+    "`intaglio info SCAN` tells what is in a scan\n\n"
+    "`intaglio hatch SCAN -o plate.svg` draws it",
 )
 for command in (demo, info, hatch):
     app.command()(command)
@@ -28,22 +33,47 @@ for command in (demo, info, hatch):
 
 def _version(value: bool) -> None:
     if value:
-        out.print(f"intaglio {intaglio.__version__}")
+        out.print(f"intaglio {intaglio.__version__}", markup=False)
         raise typer.Exit
 
 
-@app.callback()
-def _root(version: Annotated[bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version.")] = False) -> None:
-    pass
+@app.callback(invoke_without_command=True)
+def _root(
+    context: typer.Context,
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version and exit.")
+    ] = False,
+) -> None:
+    if context.invoked_subcommand is None:
+        typer.echo(context.get_help())
+        raise typer.Exit(2)
+
+
+def _run() -> int:
+    try:
+        return app(prog_name="intaglio", standalone_mode=False) or 0
+    except UsageError as error:
+        context, message = error.ctx, error.format_message()
+        say(f"error: {message.rstrip('.')}; see {context.command_path if context else 'intaglio'} --help", style="red")
+        return 2
+    except InputError as error:
+        say(f"error: {error}", style="red")
+    except MemoryError:
+        say("error: not enough memory; take a smaller --size or --dpi, or crop or resample the scan", style="red")
+    except OSError as error:
+        place = f"{error.filename}: " if error.filename else ""
+        say(f"error: {place}{error.strerror or error}; check the disk and its permissions", style="red")
+    except (KeyboardInterrupt, typer.Abort):
+        return 130
+    return 1
 
 
 def main() -> None:
     """The console script: one line and exit code 1 for bad input, 2 for wrong usage, 130 for Ctrl-C."""
-    try:
-        app(prog_name="intaglio")
-    except InputError as error:
-        said.print(f"error: {error}", style="red", markup=False, soft_wrap=True)
-        sys.exit(1)
-    except KeyboardInterrupt:
-        said.print("interrupted; nothing was written")
-        sys.exit(130)
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")  # names of files may be what the terminal cannot show
+    code = _run()
+    if code == 130:
+        say("interrupted; nothing half-written is left")
+    sys.exit(code)

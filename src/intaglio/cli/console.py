@@ -1,4 +1,4 @@
-"""What every command shares: the terminal, progress, reading of numbers."""
+"""What every command shares: the terminal and progress."""
 
 from __future__ import annotations
 
@@ -6,12 +6,16 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-import typer
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 said = Console(stderr=True, highlight=False)
 out = Console(highlight=False, soft_wrap=True)
+
+
+def say(text: str, style: str | None = None) -> None:
+    """One line on standard error; only a terminal may break it."""
+    said.print(" ".join(text.split()), style=style, markup=False, soft_wrap=not said.is_terminal)
 
 
 class Steps:
@@ -20,7 +24,12 @@ class Steps:
     def __init__(self) -> None:
         self.seconds: dict[str, float] = {}
         self.bar = Progress(
-            TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(), console=said, transient=True, disable=not said.is_terminal
+            TextColumn("{task.description}"),
+            BarColumn(),
+            TimeElapsedColumn(),
+            console=said,
+            transient=True,
+            disable=not said.is_terminal,
         )
 
     @contextmanager
@@ -38,20 +47,9 @@ class Steps:
 
 @contextmanager
 def running() -> Iterator[Steps]:
-    from intaglio.compute import announcing_compilation
+    from intaglio.compute import announcing_compilation, thread_count
 
+    thread_count()  # refuses a bad INTAGLIO_THREADS before any work
     steps = Steps()
-    with steps.bar, announcing_compilation(lambda: said.print("Compiling kernels; this happens once and takes about half a minute.")):
+    with steps.bar, announcing_compilation(lambda: say("Compiling kernels; this happens once and takes about half a minute.")):
         yield steps
-
-
-def numbers(text: str, count: int, name: str) -> tuple[float, ...]:
-    try:
-        values = tuple(float(part) for part in text.replace("x", ",").split(","))
-    except ValueError:
-        values = ()
-    if len(values) == 1:
-        values *= count
-    if len(values) != count:
-        raise typer.BadParameter(f"must be {count} numbers separated by commas, not {text!r}", param_hint=name)
-    return values

@@ -12,12 +12,20 @@ from intaglio.errors import InputError
 
 
 def demo(
-    output: Annotated[Path, typer.Option("--output", "-o", help="Folder for the plates; made if it does not exist.")] = Path("plates"),
+    output: Annotated[
+        Path, typer.Option("--output", "-o", metavar="FOLDER", help="Folder for the plates; made if it does not exist.")
+    ] = Path("plates"),
 ) -> None:
-    """Draw plates of the head that comes with intaglio: pencil, pen-and-ink, and a shaded picture."""
+    """Draw plates of the head that comes with intaglio: pencil, pen-and-ink, and a shaded picture.
+
+    `intaglio demo`
+
+    `intaglio demo -o my-plates`
+    """
     from intaglio.datasets import head
-    from intaglio.plate import PLATE_LIGHTS, PLATE_MATERIAL, draw, surface_camera
     from intaglio.ink.styles import style
+    from intaglio.io.plates import check_output
+    from intaglio.plate import ISLANDS, PLATE_LIGHTS, PLATE_MATERIAL, draw, surface_camera
     from intaglio.rendering.isosurface import isosurface
     from intaglio.rendering.isovalue import body_surface
     from intaglio.rendering.shade import shade
@@ -26,13 +34,14 @@ def demo(
         output.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"folder {output} cannot be made: {error.strerror}; choose another with --output") from error
+    check_output(output / "head-shaded.png")
     with running() as steps:
         with steps.step("reading"):
             volume = head()
             iso = body_surface(volume)[0]
             camera = surface_camera(volume, iso, (-0.75, 0.6, 0.35), 1280)
         with steps.step("surface") as progress:
-            gb = isosurface(volume, iso, camera, lights=PLATE_LIGHTS, material=PLATE_MATERIAL, progress=progress)
+            gb = isosurface(volume, iso, camera, lights=PLATE_LIGHTS, material=PLATE_MATERIAL, islands=ISLANDS, progress=progress)
         for name, dpi in (("pencil", 220.0), ("pen-and-ink", 220.0)):
             with steps.step(name):
                 plate = draw(gb, style(name), title=f"Head, {name}")

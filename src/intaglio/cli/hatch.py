@@ -5,44 +5,48 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, Any
 
-import typer
+from typer import Option
 
-from intaglio.cli.console import numbers, out, running, said
-from intaglio.cli.options import Fill, Index, Raw, Scan, Series, Spacing, read, with_options
+from intaglio.cli.console import out, running, say
+from intaglio.cli.options import Fill, Index, Raw, Scan, Series, Spacing, number, numbers, read, with_options
 from intaglio.errors import InputError
-from intaglio.ink.styles import STYLES, Hatching
-from intaglio.ink.styles import style as named_style
+from intaglio.ink.styles import STYLES, Hatching, style as named_style
 
-
-def _view(text: str) -> Any:
-    return list(numbers(text, 3, "--view")) if any(c.isdigit() for c in text) else text
+PAPER: Any = {"rich_help_panel": "Paper"}
+CAMERA: Any = {"rich_help_panel": "Camera and light"}
+VIEWS = "anterior, posterior, left, right, superior, inferior; joined: anterior-left; or x,y,z: right, anterior, superior."
+LIGHT = "Where the main light stands: right, up, to the viewer, such as -1,1,1."
+FINER = "more see finer detail and take longer, on paper of the same size"
+SMALL = "smaller than this part of the largest, such as dust and cables; 0 keeps all"
+RAYS_PER_MM = 6.4
+RAYS = f"{RAYS_PER_MM} a mm of paper"
+DEFAULT = Path("plate.svg")
 
 
 @with_options(Hatching)
 def hatch(
     scan: Scan,
-    output: Annotated[Path, typer.Option("--output", "-o", help="Plate to write: .svg, .pdf or .png.")] = Path("plate.svg"),
-    iso: Annotated[float | None, typer.Option("--iso", help="Value of the surface; without it, the body's surface.")] = None,
-    view: Annotated[
-        str, typer.Option("--view", help="anterior, posterior, left, right, superior, inferior, several joined by '-', or x,y,z.")
-    ] = "anterior",
-    style: Annotated[str, typer.Option("--style", help=f"One of {', '.join(STYLES)}.")] = "pencil",
-    width: Annotated[float, typer.Option("--width", min=5, max=5000, help="Width of the paper in mm.")] = 160.0,
-    size: Annotated[int, typer.Option("--size", min=1, max=32768, help="Pixels of the surface's longer side; more sees finer.")] = 1024,
-    dpi: Annotated[float, typer.Option("--dpi", min=10, max=2400, help="Resolution of a PNG.")] = 300.0,
-    seed: Annotated[int, typer.Option("--seed", min=0, help="Of the hand's randomness; equal seed, equal plate.")] = 0,
-    light: Annotated[
-        str | None, typer.Option("--light", help="Direction towards the key light, x,y,z: right, up, to the viewer.")
+    output: Annotated[Path, Option("--output", "-o", metavar="FILE", help="Plate to write: .svg, .pdf or .png.")] = DEFAULT,
+    view: Annotated[str, Option("--view", metavar="FROM", help=f"Where the viewer stands: {VIEWS}")] = "anterior",
+    iso: Annotated[float | None, number("--iso", "Value where the surface is; without it, the body's surface")] = None,
+    islands: Annotated[float | None, number("--islands", f"Leave out pieces {SMALL}", 0, 1)] = None,
+    style: Annotated[str, Option("--style", metavar="NAME", help=f"One of {', '.join(STYLES)}.")] = "pencil",
+    seed: Annotated[int, number("--seed", "Of the hand's randomness: equal seed, equal plate", 0, kind=int)] = 0,
+    width: Annotated[float, number("--width", "Width of the paper: wider holds more strokes", 5, 5000, unit="MM", **PAPER)] = 160,
+    dpi: Annotated[float, number("--dpi", "Resolution of a PNG", 10, 2400, **PAPER)] = 300,
+    plotter: Annotated[bool, Option("--plotter", help="SVG of plain lines, for pen plotters.", **PAPER)] = False,
+    size: Annotated[
+        int | None, number("--size", f"Rays along the longer side: {FINER}", 1, 32768, kind=int, show_default=RAYS, **CAMERA)
     ] = None,
-    plotter: Annotated[bool, typer.Option("--plotter", help="SVG of plain polylines for pen plotters.")] = False,
+    light: Annotated[str | None, Option("--light", metavar="X,Y,Z", help=LIGHT, **CAMERA)] = None,
     perspective: Annotated[
-        float | None, typer.Option("--perspective", min=1, max=120, help="Opening angle in degrees; without it, orthographic.", rich_help_panel="Camera")
+        float | None, number("--perspective", "Opening angle; without it, parallel rays", 1, 120, unit="DEGREES", **CAMERA)
     ] = None,
     distance: Annotated[
-        float | None, typer.Option("--distance", help="Perspective from this many mm to the centre.", rich_help_panel="Camera")
+        float | None, number("--distance", "Of the eye from the centre, in place of the angle", 0, unit="MM", **CAMERA)
     ] = None,
-    zoom: Annotated[float, typer.Option("--zoom", help="Enlarge the middle of the picture.", rich_help_panel="Camera")] = 1.0,
-    roll: Annotated[float, typer.Option("--roll", help="Turn the picture clockwise, degrees.", rich_help_panel="Camera")] = 0.0,
+    zoom: Annotated[float, number("--zoom", "Enlarge the middle of the picture", 0.01, 1000, **CAMERA)] = 1,
+    roll: Annotated[float, number("--roll", "Turn the picture clockwise", unit="DEGREES", **CAMERA)] = 0,
     raw: Raw = None,
     spacing: Spacing = None,
     fill: Fill = None,
@@ -54,13 +58,19 @@ def hatch(
 
     `intaglio hatch head.nii.gz -o head.svg`
 
-    `intaglio hatch head.nii.gz --iso 300 --view anterior-left --style pen-and-ink -o skull.pdf`
+    `intaglio hatch head.nii.gz --iso 300 --view anterior-left -o skull.pdf`
 
-    `intaglio hatch engine.raw --raw 256x256x128,uint8 --view 1,1,1 -o engine.png --dpi 600`
-    """
-    from intaglio.plate import PLATE_LIGHTS, PLATE_MATERIAL, draw, surface_camera
+    `intaglio hatch engine.raw --raw 256x256x128,uint8 --view 1,1,1 -o engine.png`
+
+    `intaglio info SCAN` tells which values --iso can take.
+
+    Styles: **pencil** is soft, layers of short strokes; **pen-and-ink** bold, one layer of lines that swell;
+    **engraving** fine and even, crossed in the dark.
+    """  # fmt: skip
+    from intaglio.camera import view_direction
     from intaglio.io.plates import check_output
     from intaglio.lighting import Light
+    from intaglio.plate import ISLANDS, PLATE_LIGHTS, PLATE_MATERIAL, draw, surface_camera
     from intaglio.rendering.isosurface import isosurface
     from intaglio.rendering.isovalue import body_surface
 
@@ -68,28 +78,30 @@ def hatch(
     if plotter and output.suffix.lower() != ".svg":
         raise InputError(f"--plotter needs an .svg output, not {output.name!r}")
     hatching = named_style(style, **{k: v for k, v in parameters.items() if v is not None})
-    direction = _view(view)
+    view_direction(view)
     lights = PLATE_LIGHTS
-    if light:
-        x, y, z = numbers(light, 3, "--light")
-        lights = (Light(direction=(x, y, z), intensity=PLATE_LIGHTS[0].intensity), PLATE_LIGHTS[1])
-    lens: dict[str, Any] = {}
+    if light is not None:
+        lights = (Light(direction=numbers(light, "--light"), intensity=PLATE_LIGHTS[0].intensity), PLATE_LIGHTS[1])
+    pieces = ISLANDS if islands is None else islands
+    lens: dict[str, Any] = {"zoom": zoom, "roll": roll, "islands": pieces}
     if perspective is not None or distance is not None:
-        lens = {"projection": "perspective", "fov": perspective or 25.0, "distance": distance}
+        lens |= {"projection": "perspective", "fov": perspective or 25.0, "distance": distance}
     with running() as steps:
         volume = read(steps, scan, raw, spacing, fill, series, index)
         with steps.step("surface") as progress:
             if iso is None:
                 iso, what = body_surface(volume)
-                said.print(f"note: no --iso given; drawing {iso:g}, {what}", markup=False)
-            low, high = volume.range
-            camera = surface_camera(volume, iso, direction, size, zoom=zoom, roll=roll, **lens)
-            gb = isosurface(volume, iso, camera, lights=lights, material=PLATE_MATERIAL, progress=progress)
+                say(f"note: no --iso given; drawing {iso:g}, {what}")
+            camera = surface_camera(volume, iso, view, size or 1024, **lens)
+            if size is None:
+                across, longer = camera.size[0], max(camera.size)
+                camera = surface_camera(volume, iso, view, min(8192, round(RAYS_PER_MM * width * longer / across)), **lens)
+            gb = isosurface(volume, iso, camera, lights=lights, material=PLATE_MATERIAL, islands=pieces, progress=progress)
         with steps.step("strokes"):
             plate = draw(gb, hatching, width_mm=width, seed=seed, title=f"{volume.name}, iso {iso:g}, {view}")
         with steps.step("writing"):
             plate.save(output, dpi=dpi, plotter=plotter)
     strokes = sum(len(layer.strokes) for layer in plate.layers)
     if strokes == 0:
-        said.print("note: the plate is empty; is the surface in view and darker than --white?", markup=False)
+        say("note: the plate is empty; is the surface in view and darker than --white?")
     out.print(f"{output}  {plate.width_mm:.0f} x {plate.height_mm:.0f} mm, {strokes} strokes, {steps.summary()}", markup=False)

@@ -7,26 +7,39 @@ from typing import Annotated, Any
 
 import typer
 
-from intaglio.cli.console import out, running
+from intaglio.cli.console import Steps, out, running, say
 from intaglio.cli.options import Fill, Index, Raw, Series, Spacing, read
+from intaglio.errors import InputError
 
 
 def info(
-    path: Annotated[Path, typer.Argument(help="A scan, or a mesh (STL, PLY, OBJ, OFF, glTF).", show_default=False)],
+    path: Annotated[
+        Path, typer.Argument(metavar="FILE", help="A scan, or a mesh: STL, PLY, OBJ, OFF, glTF.", show_default=False)
+    ],
     raw: Raw = None,
     spacing: Spacing = None,
     fill: Fill = None,
     series: Series = None,
     index: Index = None,
 ) -> None:
-    """Say what is in a scan or a mesh: size, spacing, values, orientation; whether a surface is closed."""
-    with running() as steps:
-        if path.suffix.lower() in (".stl", ".ply", ".obj", ".off", ".gltf", ".glb"):
-            _mesh_info(path)
-            return
-        volume = read(steps, path, raw, spacing, fill, series, index)
+    """Say what is in a scan or a mesh: size, spacing, values, orientation; whether a surface is closed.
+
+    `intaglio info head.nii.gz`
+
+    `intaglio info dicom-folder --series 2`
+
+    `intaglio info bone.stl`
+    """
+    from intaglio.io.meshes import KINDS
     from intaglio.rendering.isovalue import body_surface
 
+    with running() as steps:
+        if path.suffix.lower() in KINDS and raw is None:
+            if (spacing, fill, series, index) != (None,) * 4:
+                raise InputError(f"{path.name}: is a mesh; --spacing, --fill, --series and --index are for scans")
+            _mesh_info(steps, path)
+            return
+        volume = read(steps, path, raw, spacing, fill, series, index)
     z, y, x = volume.shape
     low, high = volume.range
     corners = volume.corners
@@ -54,15 +67,19 @@ def _axes(volume: Any) -> list[str]:
     return [names[k][int(c[k] > 0)] for k, c in zip(strongest, columns, strict=True)]
 
 
-def _mesh_info(path: Path) -> None:
+def _mesh_info(steps: Steps, path: Path) -> None:
     from intaglio.io.meshes import read_mesh
 
-    mesh = read_mesh(path)
-    report = mesh.report
+    with steps.step("reading") as progress:
+        mesh = read_mesh(path, progress)
+        report = mesh.report
+    for text in mesh.notes:
+        if text not in report.caveats:
+            say(f"note: {text}")
     low, high = mesh.corners.min(axis=0), mesh.corners.max(axis=0)
     rows = {
         "triangles": f"{len(mesh.triangles)}, {len(mesh.vertices)} vertices, components: {report.components}",
-        "extent": " x ".join(f"{s:.4g}" for s in high - low) + " mm",
+        "extent": " x ".join(f"{s:.4g}" for s in high - low) + " mm (meshes store no unit: mm assumed)",
         "surface": "closed, manifold, oriented" if not report.caveats else "; ".join(report.caveats),
     }
     _table(path.name, rows)

@@ -1,50 +1,110 @@
-"""Options: those of reading a scan, and those that come from the fields of a parameter dataclass."""
+"""Options: numbers, those of reading a scan, and those that come from the fields of a parameter dataclass."""
 
 from __future__ import annotations
 
 import inspect
+import math
 from collections.abc import Callable
 from dataclasses import MISSING, fields
 from pathlib import Path
 from typing import Annotated, Any
 
-import typer
+from typer import Argument, BadParameter, Option
 
-from intaglio.cli.console import Steps, numbers, said
-
-Scan = Annotated[Path, typer.Argument(help="NIfTI, NRRD, MetaImage, DICOM folder, TIFF stack or raw file.", show_default=False)]
-Raw = Annotated[str | None, typer.Option("--raw", help="Layout of a raw file: XxYxZ,TYPE, such as 256x256x128,uint8.", rich_help_panel="Reading")]
-Spacing = Annotated[str | None, typer.Option("--spacing", help="Voxel distances x,y,z in mm, instead of the file's.", rich_help_panel="Reading")]
-Fill = Annotated[float | None, typer.Option("--fill", help="Value in place of NaN and infinite voxels.", rich_help_panel="Reading")]
-Series = Annotated[str | None, typer.Option("--series", help="Which DICOM series, by number or UID.", rich_help_panel="Reading")]
-Index = Annotated[int | None, typer.Option("--index", help="Which volume of a 4-D file, from 0.", rich_help_panel="Reading")]
+from intaglio.cli.console import Steps, say
+from intaglio.errors import InputError
 
 
-def _raw(text: str | None, spacing: tuple[float, ...] | None) -> tuple[tuple[int, ...], str, tuple[float, ...]] | None:
-    if text is None:
-        return None
+def number(
+    name: str,
+    help: str,
+    low: float = -math.inf,
+    high: float = math.inf,
+    *,
+    kind: type = float,
+    unit: str = "NUMBER",
+    **options: Any,
+) -> Any:
+    """An option that takes a finite number; one place for its range in the help and in the message."""
+    span = f"{low:g} to {high:g}" if high < math.inf else f"{low:g} or more" if low > -math.inf else ""
+    wanted = f"a {'whole ' if kind is int else ''}number" + (f", {span}" if span else "")
+
+    def parse(text: Any) -> Any:
+        try:
+            value = kind(text)
+        except ValueError:
+            value = math.nan
+        if not (math.isfinite(value) and low <= value <= high):
+            raise BadParameter(f"must be {wanted}, not {str(text)!r}", param_hint=f"'{name}'")
+        return value
+
+    return Option(name, help=f"{help} ({span})." if span else f"{help}.", metavar=unit, parser=parse, **options)
+
+
+def numbers(text: str, name: str, *, same: bool = False) -> tuple[float, float, float]:
+    """Three numbers; or one that stands for all, where that makes sense."""
+    try:
+        values = [float(part) for part in text.replace("x", ",").split(",")]
+    except ValueError:
+        values = []
+    if same and len(values) == 1:
+        values *= 3
+    if len(values) != 3:
+        raise BadParameter(f"must be three numbers such as 1,1,2.5, not {text!r}", param_hint=f"'{name}'")
+    return values[0], values[1], values[2]
+
+
+SCAN = "NIfTI, NRRD, MetaImage or raw file, multi-page TIFF, folder of DICOM, TIFF or PNG slices."
+RAW = "Voxels and type of a raw file: XxYxZ,TYPE such as 256x256x128,uint8 or '103x94x161,>u2'."
+READING: Any = {"rich_help_panel": "Reading"}
+
+Scan = Annotated[Path, Argument(metavar="SCAN", help=SCAN, show_default=False)]
+Raw = Annotated[str | None, Option("--raw", metavar="LAYOUT", help=RAW, **READING)]
+Spacing = Annotated[
+    str | None, Option("--spacing", metavar="X,Y,Z", help="Distances of voxels in mm, instead of the file's.", **READING)
+]
+Fill = Annotated[float | None, number("--fill", "Value in place of voxels that are NaN or infinite", **READING)]
+Series = Annotated[str | None, Option("--series", metavar="NUMBER|UID", help="Which DICOM series of a folder.", **READING)]
+Index = Annotated[int | None, number("--index", "Which volume of a 4-D file", 0, kind=int, **READING)]
+
+
+def _layout(text: str, step: tuple[float, float, float] | None) -> tuple[tuple[int, int, int], str, tuple[float, float, float]]:
     shape, _, kind = text.partition(",")
     try:
-        sizes = tuple(int(part) for part in shape.split("x"))
+        x, y, z = (int(part) for part in shape.split("x"))
     except ValueError:
-        sizes = ()
-    if len(sizes) != 3 or not kind:
-        raise typer.BadParameter(f"must be XxYxZ,TYPE such as 256x256x128,uint8 or 103x94x161,>u2; not {text!r}", param_hint="--raw")
-    return sizes, kind.strip(), spacing or (1.0, 1.0, 1.0)
+        kind = ""
+    if not kind.strip():
+        raise BadParameter(
+            f"must be XxYxZ,TYPE such as 256x256x128,uint8 or '103x94x161,>u2', not {text!r}", param_hint="'--raw'"
+        )
+    return (x, y, z), kind.strip(), step or (1.0, 1.0, 1.0)
 
 
-def read(steps: Steps, scan: Path, raw: str | None, spacing: str | None, fill: float | None, series: str | None, index: int | None) -> Any:
+def read(
+    steps: Steps, scan: Path, raw: str | None, spacing: str | None, fill: float | None, series: str | None, index: int | None
+) -> Any:
     """The volume, with the reader's notes said."""
+    from intaglio.io.meshes import KINDS
     from intaglio.io.volumes import read_volume
 
-    step = numbers(spacing, 3, "--spacing") if spacing else None
-    layout = _raw(raw, step)
+    step = numbers(spacing, "--spacing", same=True) if spacing is not None else None
+    layout = _layout(raw, step) if raw is not None else None
+    if layout is None and scan.is_file():
+        if scan.suffix.lower() in KINDS:
+            raise InputError(
+                f"{scan.name}: is a mesh, and this command draws scans; `intaglio info {scan.name}` tells about meshes"
+            )
+        if scan.name.lower().endswith((".raw", ".raw.gz")):
+            raise InputError(
+                f"{scan.name}: raw voxels have no header; say what they are with --raw, such as --raw 256x256x128,uint8"
+            )
     with steps.step("reading") as progress:
         volume = read_volume(
             scan, raw=layout, spacing=None if layout else step, fill=fill, series=series, index=index, progress=progress
         )
-    for note in volume.notes:
-        said.print(f"note: {note}", markup=False)
+    for text in volume.notes:
+        say(f"note: {text}")
     return volume
 
 
@@ -53,9 +113,15 @@ def _options_of(parameters: type) -> list[inspect.Parameter]:
     out = []
     for item in fields(parameters):
         assert item.default is not MISSING
+        name, kind = f"--{item.name.replace('_', '-')}", type(item.default)
         low, high, text = item.metadata["low"], item.metadata["high"], item.metadata["help"]
-        kind = type(item.default)
-        option = typer.Option(help=text, min=low, max=high, show_default=False, rich_help_panel="Style, parameter by parameter")
+        text = text[0].upper() + text[1:]
+        look: Any = {"rich_help_panel": "Style, parameter by parameter"}
+        option = (
+            Option(name, metavar="TEXT", help=f"{text}.", **look)
+            if low is None
+            else number(name, text, low, high, kind=kind, **look)
+        )
         out.append(
             inspect.Parameter(item.name, inspect.Parameter.KEYWORD_ONLY, default=None, annotation=Annotated[kind | None, option])
         )
@@ -68,9 +134,9 @@ def with_options(parameters: type) -> Callable[[Callable[..., None]], Callable[.
     def decorate(command: Callable[..., None]) -> Callable[..., None]:
         signature = inspect.signature(command, eval_str=True)
         own = [p for p in signature.parameters.values() if p.kind is not inspect.Parameter.VAR_KEYWORD]
-        keyword = [p.replace(kind=inspect.Parameter.KEYWORD_ONLY) for p in own]
-        command.__signature__ = signature.replace(parameters=keyword + _options_of(parameters))  # type: ignore[attr-defined]
-        command.__annotations__ = {p.name: p.annotation for p in keyword + _options_of(parameters)} | {"return": None}
+        keyword = [p.replace(kind=inspect.Parameter.KEYWORD_ONLY) for p in own] + _options_of(parameters)
+        command.__signature__ = signature.replace(parameters=keyword)  # type: ignore[attr-defined]
+        command.__annotations__ = {p.name: p.annotation for p in keyword} | {"return": None}
         return command
 
     return decorate

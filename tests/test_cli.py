@@ -126,6 +126,7 @@ HATCHED = [
     "hatch {scan} --distance 60",
     "hatch {scan} --perspective 90 --distance 300",
     "hatch {scan} --zoom 2 --roll -30",
+    "hatch {scan} --islands 0",
     "hatch {scan} --seed 7",
     "hatch {scan} --spacing 1,1,2.5",
     "hatch {scan} --spacing 0.5",
@@ -182,6 +183,12 @@ def test_views_show_the_side_that_they_name(view: str, low: float, high: float, 
     columns = np.flatnonzero((picture < 128).any(axis=0))
     heights = [np.ptp(np.flatnonzero(picture[:, column] < 128)) for column in columns]
     assert low <= 1 - np.argmax(heights) / len(columns) <= high
+
+
+@pytest.mark.parametrize("options", ["--spacing 0.25,1,1", "--width 120"])
+def test_tall_and_large_paper_gets_as_many_rays_a_millimetre(options: str, scan: Path, folder: Path):
+    """With fewer the lines of a style would be nearer than pixels."""
+    assert run("hatch", scan, "--width", 60, *options.split()).code == 0
 
 
 def test_the_surface_is_named_when_none_was_asked_for(scan: Path, folder: Path):
@@ -310,7 +317,7 @@ class TestInfo:
 def test_demo(folder: Path):
     done = run("demo", "-o", "new/plates")
     assert done.code == 0
-    assert set(done.err.splitlines()) <= {"Compiling kernels; this happens once and takes about half a minute."}
+    assert set(done.err.splitlines()) <= {"Compiling kernels; this happens once and takes up to half a minute."}
     *paths, summary = done.out.splitlines()
     assert sorted(paths) == sorted(str(p) for p in Path("new/plates").iterdir())
     assert len(paths) == 7

@@ -51,5 +51,5 @@ def running() -> Iterator[Steps]:
 
     thread_count()  # refuses a bad INTAGLIO_THREADS before any work
     steps = Steps()
-    with steps.bar, announcing_compilation(lambda: say("Compiling kernels; this happens once and takes about half a minute.")):
+    with steps.bar, announcing_compilation(lambda: say("Compiling kernels; this happens once and takes up to half a minute.")):
         yield steps

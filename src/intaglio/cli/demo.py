@@ -13,7 +13,10 @@ from intaglio.errors import InputError
 
 def demo(
     output: Annotated[
-        Path, typer.Option("--output", "-o", metavar="FOLDER", help="Folder for the plates; made if it does not exist.")
+        Path,
+        typer.Option(
+            "--output", "-o", metavar="FOLDER", help="Folder for the plates; made if it does not exist.", readable=False
+        ),
     ] = Path("plates"),
 ) -> None:
     """Draw plates of the head that comes with intaglio: pencil, pen-and-ink, and a shaded picture.

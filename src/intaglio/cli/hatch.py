@@ -26,7 +26,9 @@ DEFAULT = Path("plate.svg")
 @with_options(Hatching)
 def hatch(
     scan: Scan,
-    output: Annotated[Path, Option("--output", "-o", metavar="FILE", help="Plate to write: .svg, .pdf or .png.")] = DEFAULT,
+    output: Annotated[
+        Path, Option("--output", "-o", metavar="FILE", help="Plate to write: .svg, .pdf or .png.", readable=False)
+    ] = DEFAULT,
     view: Annotated[str, Option("--view", metavar="FROM", help=f"Where the viewer stands: {VIEWS}")] = "anterior",
     iso: Annotated[float | None, number("--iso", "Value where the surface is; without it, the body's surface")] = None,
     islands: Annotated[float | None, number("--islands", f"Leave out pieces {SMALL}", 0, 1)] = None,

@@ -14,7 +14,8 @@ from intaglio.errors import InputError
 
 def info(
     path: Annotated[
-        Path, typer.Argument(metavar="FILE", help="A scan, or a mesh: STL, PLY, OBJ, OFF, glTF.", show_default=False)
+        Path,
+        typer.Argument(metavar="FILE", help="A scan, or a mesh: STL, PLY, OBJ, OFF, glTF.", show_default=False, readable=False),
     ],
     raw: Raw = None,
     spacing: Spacing = None,

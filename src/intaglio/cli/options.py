@@ -58,7 +58,7 @@ SCAN = "NIfTI, NRRD, MetaImage or raw file, multi-page TIFF, folder of DICOM, TI
 RAW = "Voxels and type of a raw file: XxYxZ,TYPE such as 256x256x128,uint8 or '103x94x161,>u2'."
 READING: Any = {"rich_help_panel": "Reading"}
 
-Scan = Annotated[Path, Argument(metavar="SCAN", help=SCAN, show_default=False)]
+Scan = Annotated[Path, Argument(metavar="SCAN", help=SCAN, show_default=False, readable=False)]
 Raw = Annotated[str | None, Option("--raw", metavar="LAYOUT", help=RAW, **READING)]
 Spacing = Annotated[
     str | None, Option("--spacing", metavar="X,Y,Z", help="Distances of voxels in mm, instead of the file's.", **READING)

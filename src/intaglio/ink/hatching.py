@@ -76,8 +76,11 @@ def tones(hatching: Hatching) -> list[_Tone]:
             lines = min(lines + more, 1.0)
             # Along the form, nested lines do not overlap; lines across cover what the others left free.
             covered = 1.0 - (1.0 - under) * (1.0 - lines)
-            name = f"{'crosshatching' if cross else 'hatching'} {i + 1}"
-            out.append(_Tone(name, cross * hatching.angle, hatching.separation / 2**i, max(below, 0.0) if i else under, covered))
+            begin = below if i else under
+            # A layer has nothing to add to paper that is covered already.
+            if covered > begin:
+                name = f"{'crosshatching' if cross else 'hatching'} {i + 1}"
+                out.append(_Tone(name, cross * hatching.angle, hatching.separation / 2**i, begin, covered))
             below = covered
     return out
 

@@ -35,7 +35,7 @@ def test_example(name, data):
     example = importlib.import_module(name)
     assert example.__doc__
     assert example.__doc__.strip().endswith(".")
-    assert 0.05 < ink(example.make(data, 160)) < 0.95
+    assert 0.05 < ink(example.make(data, 900)) < 0.95
 
 
 def test_gallery_lists_them_all():
@@ -46,4 +46,4 @@ def test_gallery_lists_them_all():
 def test_gallery_pictures_stay_small():
     gallery = importlib.import_module("gallery")
     example = importlib.import_module("pen_and_ink_head")
-    assert len(gallery.reading_size(example.make(None, 160))) < 300_000
+    assert len(gallery.reading_size(example.make(None, 900))) < 300_000

@@ -372,7 +372,7 @@ def test_styles_can_be_changed_by_parameter_and_unknown_ones_are_named():
 
 
 def test_lines_closer_than_a_pixel_are_refused_with_what_to_do():
-    with pytest.raises(InputError, match=r"separation must be at least 1 pixel.*use a larger image or a wider separation"):
+    with pytest.raises(InputError, match=r"lines [0-9.]+ mm apart need pixels.*use a larger image"):
         draw(small_torus(), Hatching(separation=0.1), width_mm=160.0)
 
 

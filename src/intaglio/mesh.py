@@ -26,7 +26,7 @@ class MeshReport:
     @property
     def caveats(self) -> tuple[str, ...]:
         lines = []
-        if not self.closed:
+        if self.boundary_edges:
             lines.append(f"open: {self.boundary_edges} boundary edges")
         if not self.manifold:
             lines.append(f"not manifold: {self.nonmanifold_edges} edges with more than two triangles")
@@ -83,7 +83,7 @@ class TriangleMesh:
         forward = np.bincount(inverse.ravel(), weights=directed[:, 0] < directed[:, 1], minlength=len(uses))
         paired = uses == 2
         return MeshReport(
-            closed=not (uses == 1).any() and len(uses) > 0,
+            closed=bool((uses % 2 == 0).all()) and len(uses) > 0,
             manifold=not (uses > 2).any(),
             oriented=bool((forward[paired] == 1).all()),
             components=self._components(directed),

@@ -18,8 +18,7 @@ VIEWS = "anterior, posterior, left, right, superior, inferior; joined: anterior-
 LIGHT = "Where the main light stands: right, up, to the viewer, such as -1,1,1."
 FINER = "more see finer detail and take longer, on paper of the same size"
 SMALL = "smaller than this part of the largest, such as dust and cables; 0 keeps all"
-RAYS_PER_MM = 6.4
-RAYS = f"{RAYS_PER_MM} a mm of paper"
+RAYS = "6.4 a mm of paper"
 DEFAULT = Path("plate.svg")
 
 
@@ -94,13 +93,11 @@ def hatch(
             if iso is None:
                 iso, what = body_surface(volume)
                 say(f"note: no --iso given; drawing {iso:g}, {what}")
-            camera = surface_camera(volume, iso, view, size or 1024, **lens)
-            if size is None:
-                across, longer = camera.size[0], max(camera.size)
-                camera = surface_camera(volume, iso, view, min(8192, round(RAYS_PER_MM * width * longer / across)), **lens)
+            camera = surface_camera(volume, iso, view, size, width_mm=width, **lens)
             gb = isosurface(volume, iso, camera, lights=lights, material=PLATE_MATERIAL, islands=pieces, progress=progress)
-        with steps.step("strokes"):
-            plate = draw(gb, hatching, width_mm=width, seed=seed, title=f"{volume.name}, iso {iso:g}, {view}")
+        with steps.step("strokes") as progress:
+            title = f"{volume.name}, iso {iso:g}, {view}"
+            plate = draw(gb, hatching, width_mm=width, seed=seed, title=title, progress=progress)
         with steps.step("writing"):
             plate.save(output, dpi=dpi, plotter=plotter)
     strokes = sum(len(layer.strokes) for layer in plate.layers)

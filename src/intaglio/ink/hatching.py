@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from intaglio.compute import Progress
 from intaglio.drawing import Layer, Strokes
+from intaglio.errors import InputError
 from intaglio.gbuffer import GBuffer
 from intaglio.ink.direction import direction_field
 from intaglio.ink.smoothing import blurred
@@ -54,10 +55,10 @@ def darkness(gb: GBuffer, hatching: Hatching, mm_per_pixel: float) -> Floats:
     From the light, averaged a little on each surface so that noise does not break strokes, less the light that hollows
     of a radius up to a few mm on paper do not get.
     """
-    light: Floats = gb.brightness
+    light = gb.brightness
     if hatching.hollows > 0:
         radius = 4.0 * gb.pixel_mm / mm_per_pixel
-        light = light - np.float32(hatching.hollows) * np.clip(-gb.curvature[..., 1] * radius, 0.0, 1.0)
+        light = (light - hatching.hollows * np.clip(-gb.curvature[..., 1] * radius, 0.0, 1.0)).astype(np.float32)
     light = blurred(gb, light, hatching.blur / mm_per_pixel)
     d = np.clip((hatching.white - light) / (hatching.white - hatching.black), 0.0, 1.0)
     return np.where(gb.mask, tones(hatching)[-1].end * d**hatching.contrast, 0.0).astype(np.float32)
@@ -106,6 +107,12 @@ def hatching_layers(
     layers: list[Layer] = []
     beside: dict[float, Floats] = {}
     plan = tones(hatching)
+    finest = min(tone.separation for tone in plan)
+    if finest < mm_per_pixel:
+        raise InputError(
+            f"lines {finest:.3g} mm apart need pixels of at most that size on paper, not {mm_per_pixel:.3g} mm: "
+            "use a larger image (--size), smaller paper (--width) or a wider separation"
+        )
     for done, tone in enumerate(plan):
         if progress:
             progress(done, len(plan))

@@ -16,7 +16,7 @@ from intaglio.ink.styles import Hatching, style as named_style
 from intaglio.lighting import Light, Material
 from intaglio.rendering.isosurface import isosurface
 from intaglio.rendering.isovalue import body_surface
-from intaglio.rendering.skipping import surface_blocks, surface_corners
+from intaglio.rendering.skipping import SURFACE, surface_blocks, surface_corners
 from intaglio.volume import Volume
 
 # A key from the upper left, and a weak lamp beside the viewer that models what the key leaves in shadow.
@@ -44,7 +44,7 @@ def surface_camera(
     size  as there; by default 6.4 pixels for each mm of a plate `width_mm` wide
     """
     blocks = surface_blocks(volume, iso, islands)
-    points = surface_corners(volume, blocks) if blocks.any() else volume
+    points = surface_corners(volume, blocks) if (blocks == SURFACE).any() else volume
     camera = Camera.looking(view, points, size or 1024, **options)
     if size is None:
         across, longer = camera.size[0], max(camera.size)

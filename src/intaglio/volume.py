@@ -67,6 +67,16 @@ class Volume:
         return z, y, x
 
     @cached_property
+    def samples(self) -> NDArray[Any]:
+        """The array as kernels take it: bool as uint8, the rare half and long floats as float32 and float64."""
+        kind = self.array.dtype
+        if kind == np.bool_:
+            return self.array.view(np.uint8)
+        if kind == np.float16:
+            return self.array.astype(np.float32)
+        return self.array.astype(np.float64) if kind.kind == "f" and kind.itemsize > 8 else self.array
+
+    @cached_property
     def index_from_world(self) -> NDArray[np.float64]:
         """4x4, from RAS+ millimetres to the index (x, y, z)."""
         return np.asarray(np.linalg.inv(self.world_from_index), dtype=np.float64)

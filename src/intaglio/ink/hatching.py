@@ -119,7 +119,7 @@ def hatching_layers(
         lines = streamlines(
             _turned(lines_along, tone.angle),
             tone.separation / mm_per_pixel,
-            allowed=dark > tone.begin - 2 * hatching.ragged,
+            allowed=dark > max(tone.begin - 2 * hatching.ragged, 0.0),
             edge=gb.edge,
             test=hatching.evenness,
             beside=beside.get(tone.angle),
@@ -145,9 +145,10 @@ def _strokes(
     ragged = rng.normal(0.0, hatching.ragged, len(offsets) - 1).astype(np.float32)
     if len(offsets) < 2:
         return Strokes.none()
-    load = np.clip((sample(dark, points) - tone.begin + ragged[line_of(offsets)]) / (tone.end - tone.begin), 0.0, 1.0)
+    asked = sample(dark, points)
+    load = np.clip((asked - tone.begin + ragged[line_of(offsets)]) / (tone.end - tone.begin), 0.0, 1.0)
     by_width = load ** (1.0 - hatching.pressure)
-    index, offsets = runs(by_width * hatching.thickest >= hatching.thinnest, offsets)
+    index, offsets = runs((by_width * hatching.thickest >= hatching.thinnest) & (asked > 0.0), offsets)
     points, load = points[index], load[index]
 
     along = arc_length(points, offsets)

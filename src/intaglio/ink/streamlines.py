@@ -121,8 +121,9 @@ def _place(  # type: ignore[no-untyped-def]
     stop = separation * test
     lag = np.int32(3.0 * separation / step + 2.0)
     for p in range(len(old)):
-        if not _enter(old[p, 0], old[p, 1], inverse, count, cells, -1, 0):
-            return -2, 0
+        # A full cell keeps lines away as it is; points outside the picture keep nothing away.
+        if 0.0 <= old[p, 0] < w and 0.0 <= old[p, 1] < h:
+            _enter(old[p, 0], old[p, 1], inverse, count, cells, -1, 0)
     n = 0
     lines = 0
     queue = 0
@@ -259,6 +260,10 @@ def streamlines(
         raise InputError(f"separation must be at least 1 pixel, not {separation!r}: use a larger image or a wider separation")
     if not 0.1 <= test <= 1.0:
         raise InputError(f"test must be between 0.1 and 1, not {test!r}")
+    if not 0.05 <= step <= 1.0:
+        raise InputError(f"step must be between 0.05 and 1 pixel, not {step!r}")
+    if shortest is not None and not shortest >= 0.0:
+        raise InputError(f"shortest must not be negative, not {shortest!r}")
     h, w = field.shape[1:]
     step = min(step, 0.7 * test * separation)
     allowed = np.ones((h, w), dtype=bool) if allowed is None else allowed

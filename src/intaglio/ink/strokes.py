@@ -63,6 +63,8 @@ def lifted(
     along is the arc length of each point, in the unit of `longest`.
     """
     total = along[offsets[1:] - 1]
+    # A piece has a few points at least.
+    longest = max(longest, 8.0 * float(total.sum()) / len(along))
     pieces = np.maximum(1, np.round(total / longest)).astype(np.int64)
     line = np.repeat(np.arange(len(pieces)), pieces)
     number = np.arange(len(line)) - np.repeat(np.cumsum(pieces) - pieces, pieces)

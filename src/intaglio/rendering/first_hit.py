@@ -10,14 +10,14 @@ import numpy as np
 
 from intaglio.compute import helper, kernel
 from intaglio.rendering.sampling import trilinear
-from intaglio.rendering.skipping import BLOCK
+from intaglio.rendering.skipping import BLOCK, SURFACE
 
 # Voxels between samples on a ray inside a block that can hold the surface.
 STEP = 0.5
 
 
 @helper
-def _clip(o, d, n, near, far):  # type: ignore[no-untyped-def]
+def clip(o, d, n, near, far):  # type: ignore[no-untyped-def]
     """Part of the ray between the planes 0 and n - 1 of one axis."""
     if abs(d) < 1e-12:
         if o < 0.0 or o > n - 1.0:
@@ -29,13 +29,23 @@ def _clip(o, d, n, near, far):  # type: ignore[no-untyped-def]
 
 
 @helper
-def _leave(o, d, cell, t):  # type: ignore[no-untyped-def]
+def leave(o, d, cell, t):  # type: ignore[no-untyped-def]
     """Where the ray leaves a block's slab of one axis."""
     if d > 1e-12:
         return ((cell + 1) * BLOCK - o) / d
     if d < -1e-12:
         return (cell * BLOCK - o) / d
     return np.inf
+
+
+@helper
+def next_block(ray, shape, t, nudge):  # type: ignore[no-untyped-def]
+    """The block a ray is in just behind t, and where it leaves it."""
+    bx = min(max(int(ray[0] + (t + nudge) * ray[3]), 0), shape[2] - 2) // BLOCK
+    by = min(max(int(ray[1] + (t + nudge) * ray[4]), 0), shape[1] - 2) // BLOCK
+    bz = min(max(int(ray[2] + (t + nudge) * ray[5]), 0), shape[0] - 2) // BLOCK
+    until = min(leave(ray[0], ray[3], bx, t), leave(ray[1], ray[4], by, t), leave(ray[2], ray[5], bz, t))
+    return bz, by, bx, max(until, t + nudge)
 
 
 @kernel
@@ -46,28 +56,26 @@ def first_hit(voxels, blocks, iso, sign, ray, start):  # type: ignore[no-untyped
     """
     nz, ny, nx = voxels.shape
     ox, oy, oz, dx, dy, dz = ray[0], ray[1], ray[2], ray[3], ray[4], ray[5]
-    near, far = _clip(ox, dx, nx, start, np.inf)
-    near, far = _clip(oy, dy, ny, near, far)
-    near, far = _clip(oz, dz, nz, near, far)
+    near, far = clip(ox, dx, nx, start, np.inf)
+    near, far = clip(oy, dy, ny, near, far)
+    near, far = clip(oz, dz, nz, near, far)
     if not near <= far:
         return np.inf, False
     t = near
-    if sign * (trilinear(voxels, ox + t * dx, oy + t * dy, oz + t * dz) - iso) >= 0.0:
-        return t, True
     length = math.sqrt(dx * dx + dy * dy + dz * dz)
     dt = STEP / length
     nudge = 1e-6 / length
+    bz, by, bx, until = next_block(ray, voxels.shape, t, nudge)
+    if blocks[bz, by, bx] and sign * (trilinear(voxels, ox + t * dx, oy + t * dy, oz + t * dz) - iso) >= 0.0:
+        return t, True
     while t < far:
-        bx = min(max(int(ox + (t + nudge) * dx), 0), nx - 2) // BLOCK
-        by = min(max(int(oy + (t + nudge) * dy), 0), ny - 2) // BLOCK
-        bz = min(max(int(oz + (t + nudge) * dz), 0), nz - 2) // BLOCK
-        leave = min(_leave(ox, dx, bx, t), _leave(oy, dy, by, t), _leave(oz, dz, bz, t))
-        leave = min(max(leave, t + nudge), far)
-        if blocks[bz, by, bx]:
+        bz, by, bx, until = next_block(ray, voxels.shape, t, nudge)
+        until = min(until, far)
+        if blocks[bz, by, bx] == SURFACE:
             a = t
             fa = sign * (trilinear(voxels, ox + a * dx, oy + a * dy, oz + a * dz) - iso)
-            while a < leave:
-                b = min(a + dt, leave)
+            while a < until:
+                b = min(a + dt, until)
                 fb = sign * (trilinear(voxels, ox + b * dx, oy + b * dy, oz + b * dz) - iso)
                 if fb >= 0.0:
                     # Regula falsi, halving the value that stays (Illinois).
@@ -89,7 +97,7 @@ def first_hit(voxels, blocks, iso, sign, ray, start):  # type: ignore[no-untyped
                     return b, False
                 a = b
                 fa = fb
-        t = leave
+        t = until
     return np.inf, False
 
 

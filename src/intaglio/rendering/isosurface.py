@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Literal
 
 import numpy as np
 
@@ -18,7 +17,7 @@ from intaglio.gbuffer import GBuffer
 from intaglio.lighting import DEFAULT_LIGHTS, Light, Material, packed_lights
 from intaglio.rendering.first_hit import first_hit, ray_at
 from intaglio.rendering.sampling import tricubic
-from intaglio.rendering.skipping import surface_blocks
+from intaglio.rendering.skipping import Inside, surface_blocks
 from intaglio.volume import Volume
 
 # A jump of depth by less than this many voxels is not a contour.
@@ -77,7 +76,7 @@ def _trace(  # type: ignore[no-untyped-def]
                 for c in range(3):
                     n[c] = -sign * (to_world[0, c] * d[1] + to_world[1, c] * d[2] + to_world[2, c] * d[3])
                 slope = math.sqrt(n[0] ** 2 + n[1] ** 2 + n[2] ** 2)
-                if slope < 1e-12:
+                if slope < 1e-30:
                     flat = True
                     n[0], n[1], n[2] = vx, vy, vz
             norm = 1.0 / math.sqrt(n[0] ** 2 + n[1] ** 2 + n[2] ** 2)
@@ -193,7 +192,7 @@ def isosurface(
     *,
     lights: Sequence[Light] = DEFAULT_LIGHTS,
     material: Material | None = None,
-    inside: Literal["above", "below"] = "above",
+    inside: Inside = "above",
     islands: float = 0.0,
     progress: Progress | None = None,
 ) -> GBuffer:
@@ -228,7 +227,7 @@ def isosurface(
     if camera.projection == "perspective":
         index_rays[0] = eye
     sign = 1.0 if inside == "above" else -1.0
-    field = (frozen(volume.array), frozen(surface_blocks(volume, iso, islands)), float(iso), sign, index_rays)
+    field = (frozen(volume.samples), frozen(surface_blocks(volume, iso, islands, inside)), float(iso), sign, index_rays)
     shading = np.array([material.ambient, material.diffuse, material.specular, material.shininess, material.two_sided])
     shape = gb.depth.shape
     tiles(

@@ -21,7 +21,7 @@ PACKAGE = ROOT / "src" / "intaglio"
 SOURCES = {".".join(p.relative_to(PACKAGE).with_suffix("").parts).removesuffix(".__init__"): p for p in PACKAGE.rglob("*.py")}
 MODULES = {name: path for name, path in SOURCES.items() if name != "__init__"}
 
-NOUNS = ("volume", "mesh", "camera", "transfer_function", "lighting", "gbuffer", "drawing")
+NOUNS = ("volume", "mesh", "camera", "piecewise", "transfer_presets", "transfer_function", "lighting", "gbuffer", "drawing")
 SIBLINGS = ("io", "rendering", "ink", "solid")
 PIPELINES = 4
 LAYER = {
@@ -34,13 +34,16 @@ LAYER = {
     "__main__": 7,
 }
 
-# A drawing saves and shows itself, though what writes files stands above it.
+# Drawings and transfer functions save and show themselves, though what writes files stands above them.
 DOORS = {
     ("drawing", "Drawing.save"),
     ("drawing", "Drawing.image"),
     ("drawing", "Drawing._repr_svg_"),
     ("drawing", "Image.save"),
     ("drawing", "Image._repr_png_"),
+    ("transfer_function", "TransferFunction.read"),
+    ("transfer_function", "TransferFunction.write"),
+    ("transfer_function", "TransferFunction.picture"),
 }
 
 Import = ast.Import | ast.ImportFrom

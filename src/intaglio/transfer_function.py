@@ -4,15 +4,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
-from typing import Any, Literal, NamedTuple
+from os import PathLike
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from intaglio.drawing import check_colour
 from intaglio.errors import InputError
+from intaglio.piecewise import Floats, interpolated, peaks, zero_intervals
+from intaglio.transfer_presets import CT_PRESETS, MR_PRESETS
+
+if TYPE_CHECKING:
+    from intaglio.volume import Volume
 
 Interpolation = Literal["linear", "constant"]
 Colour = tuple[float, float, float]
@@ -24,6 +31,21 @@ class ControlPoint(NamedTuple):
     value: float
     colour: Colour
     opacity: float
+
+
+class OpacityPeak(NamedTuple):
+    """A local maximum of opacity: matter that a transfer function shows as a surface.
+
+    value      where the maximum begins; opacity (of the reference length) and colour are those there
+    threshold  the preceding minimum, from which opacity rises; -inf where it does not
+    ceiling    the following minimum, down to which opacity falls; inf where it does not
+    """
+
+    value: float
+    opacity: float
+    colour: Colour
+    threshold: float
+    ceiling: float
 
 
 @dataclass(frozen=True)
@@ -59,6 +81,8 @@ class TransferFunction:
         for a, b in zip(values, values[2:], strict=False):
             if a == b:
                 raise InputError(f"{self.name}: at most two points may share a value (a step), not three at {a:g}")
+        if not math.isfinite(values[-1] - values[0]):
+            raise InputError(f"{self.name}: points must be a finite distance apart, not run from {values[0]:g} to {values[-1]:g}")
         object.__setattr__(self, "points", points)
 
     @classmethod
@@ -103,35 +127,46 @@ class TransferFunction:
         range  smallest and largest value of the data; MR presets are relative to it and need it, CT presets
                are in Hounsfield units and do not use it
         """
-        if name in _CT_PRESETS:
-            return cls.from_points(_CT_PRESETS[name], name=name)
-        if name not in _MR_PRESETS:
+        if name in CT_PRESETS:
+            return cls.from_points(CT_PRESETS[name], name=name)
+        if name not in MR_PRESETS:
             raise InputError(f"preset must be one of {', '.join(cls.presets())}, not {name!r}")
         if range is None:
             raise InputError(f"preset {name} is relative to the data: give range=(smallest, largest value)")
         low, high = _checked_range(*range, what=f"preset {name}: range")
-        return cls.from_points([(low + v * (high - low), colour, a) for v, colour, a in _MR_PRESETS[name]], name=name)
+        return cls.from_points([(low + v * (high - low), colour, a) for v, colour, a in MR_PRESETS[name]], name=name)
 
     @staticmethod
     def presets() -> tuple[str, ...]:
         """Names that `preset` knows."""
-        return (*_CT_PRESETS, *_MR_PRESETS)
+        return (*CT_PRESETS, *MR_PRESETS)
+
+    @classmethod
+    def read(cls, path: str | PathLike[str], *, name: str | None = None) -> TransferFunction:
+        """From a file of 3D Slicer or ParaView; see `intaglio.io.transfer_functions.read_transfer_function`."""
+        from intaglio.io.transfer_functions import read_transfer_function
+
+        return read_transfer_function(path, name=name)
+
+    def write(self, path: str | PathLike[str]) -> None:
+        """To .vp.json (3D Slicer) or .json (ParaView); see `intaglio.io.transfer_functions.write_transfer_function`."""
+        from intaglio.io.transfer_functions import write_transfer_function
+
+        write_transfer_function(self, path)
+
+    @cached_property
+    def knots(self) -> tuple[Floats, Floats]:
+        """Values (n,) and red, green, blue, opacity (n, 4) there, linear between: as `intaglio.piecewise` takes them."""
+        x = np.array([p.value for p in self.points])
+        rgba = np.array([(*p.colour, p.opacity) for p in self.points])
+        if self.interpolation == "constant":
+            return np.repeat(x, 2)[1:], np.repeat(rgba, 2, axis=0)[:-1]
+        return x, rgba
 
     def __call__(self, values: ArrayLike) -> NDArray[np.float32]:
         """(..., 4) float32 red, green, blue, opacity of values of any shape; straight alpha; NaN is nothing at all."""
         v = np.asarray(values, dtype=np.float64)
-        x = np.array([p.value for p in self.points])
-        rgba = np.array([(*p.colour, p.opacity) for p in self.points])
-        after = np.searchsorted(x, v, side="right")
-        a, b = np.maximum(after - 1, 0), np.minimum(after, len(x) - 1)
-        if self.interpolation == "constant":
-            result = rgba[a]
-        else:
-            gap = x[b] - x[a]
-            inside = gap > 0
-            t = np.where(inside, v - x[a], 0.0) / np.where(inside, gap, 1.0)
-            result = rgba[a] + t[..., None] * (rgba[b] - rgba[a])
-        return np.where(np.isnan(v)[..., None], 0.0, result).astype(np.float32)
+        return np.where(np.isnan(v)[..., None], 0.0, interpolated(*self.knots, v)).astype(np.float32)
 
     def table(self, low: float, high: float, size: int = 1024, *, step: float | None = None) -> NDArray[np.float32]:
         """(size, 4) float32 red, green, blue, opacity at `size` values from low to high, both included; straight alpha.
@@ -146,6 +181,69 @@ class TransferFunction:
             table[:, 3] = corrected_opacity(table[:, 3], step, self.reference_length)
         return table
 
+    def visible(self, low: ArrayLike, high: ArrayLike) -> NDArray[np.bool_]:
+        """Whether any value from low to high, both included, has an opacity above 0; for arrays of blocks' extremes.
+
+        Exact, however narrow a peak is. A block with NaN may hold anything and counts as visible.
+        """
+        x, rgba = self.knots
+        lowest, highest = np.asarray(low, dtype=np.float64), np.asarray(high, dtype=np.float64)
+        result = np.ones(np.broadcast_shapes(lowest.shape, highest.shape), dtype=bool)
+        for first, last in zip(*zero_intervals(x, rgba[:, 3]), strict=True):
+            result &= ~((lowest >= first) & (highest <= last))
+        return result
+
+    def surfaces(self) -> list[OpacityPeak]:
+        """The local maxima of opacity by ascending value: the surfaces that are seen, their isovalues and how opaque they are.
+
+        A level run counts once; opacity that nowhere changes is no surface.
+        M. Gerl, "Volume Hatching for Illustrative Visualization", diploma thesis, 2006: the threshold is the isovalue.
+        """
+        x, rgba = self.knots
+        found = []
+        for knot, threshold, ceiling in peaks(x, rgba[:, 3]):
+            r, g, b, opacity = rgba[knot].tolist()
+            found.append(OpacityPeak(float(x[knot]), opacity, (r, g, b), threshold, ceiling))
+        return found
+
+    def mapped(self, from_values: Sequence[float], to_values: Sequence[float]) -> TransferFunction:
+        """The same function on another scale: what held at from_values holds at to_values, both ascending.
+
+        Linear between these landmarks and, as between the nearest two, beyond them. It brings a preset in Hounsfield
+        units to a scan without them, by air, skin and bone: `preset("ct-tissues").mapped((-1000, -200, 300), (0, 0.2, 0.5))`.
+        """
+        start, stop = (_landmarks(v, self.name) for v in (from_values, to_values))
+        if len(start) != len(stop):
+            raise InputError(f"{self.name}: mapped needs as many from_values as to_values, not {len(start)} and {len(stop)}")
+        x = np.array([p.value for p in self.points])
+        points = list(self.points)
+        if self.interpolation == "linear":
+            # A straight line bends where the scale does.
+            bends = start[(start > x[0]) & (start < x[-1]) & ~np.isin(start, x)]
+            points += [
+                ControlPoint(v, (r, g, b), a) for v, (r, g, b, a) in zip(bends, interpolated(*self.knots, bends), strict=True)
+            ]
+            points.sort(key=lambda p: p.value)
+        values = np.array([p.value for p in points])
+        at = np.clip(np.searchsorted(start, values, side="right") - 1, 0, len(start) - 2)
+        with np.errstate(over="ignore", invalid="ignore"):  # a point that becomes infinite is refused as such
+            moved = stop[at] + (values - start[at]) * (np.diff(stop) / np.diff(start))[at]
+        moved = np.maximum.accumulate(moved)  # rounding must not turn the order
+        return replace(self, points=tuple(p._replace(value=float(v)) for p, v in zip(points, moved, strict=True)))
+
+    def rescaled(self, low: float, high: float) -> TransferFunction:
+        """The same function with its first point at low and its last at high."""
+        return self.mapped((self.points[0].value, self.points[-1].value), (low, high))
+
+    def picture(self, volume: Volume | None = None, *, width: int = 480, height: int = 200) -> str:
+        """SVG of the opacity curve in its colours, over the volume's histogram; see `intaglio.rendering.histogram.picture`."""
+        from intaglio.rendering.histogram import picture
+
+        return picture(self, volume, width=width, height=height)
+
+    def _repr_svg_(self) -> str:
+        return self.picture()
+
 
 def corrected_opacity(opacity: ArrayLike, step: float, reference_length: float) -> NDArray[np.float32]:
     """Opacity of `step` mm of matter of which `reference_length` mm have the opacity given: 1 - (1 - a)^(step / reference)."""
@@ -159,7 +257,7 @@ def _control_point(point: Any, name: str) -> ControlPoint:
     try:
         value, colour, opacity = point
         value, opacity = float(value), float(opacity)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise InputError(f"{name}: a point must be (value, colour, opacity), not {point!r}") from None
     if not math.isfinite(value):
         raise InputError(f"{name}: a point's value must be finite, not {value!r}")
@@ -181,58 +279,17 @@ def _rgb(colour: Any, name: str) -> Colour:
     return r, g, b
 
 
+def _landmarks(values: Sequence[float], name: str) -> Floats:
+    try:
+        result = [float(v) for v in values]
+    except (TypeError, ValueError, OverflowError):
+        raise InputError(f"{name}: mapped needs numbers, not {values!r}") from None
+    if len(result) < 2 or not all(a < b for a, b in pairwise(result)) or not math.isfinite(result[-1] - result[0]):
+        raise InputError(f"{name}: mapped needs two or more ascending values, not {values!r}")
+    return np.array(result)
+
+
 def _checked_range(low: float, high: float, *, what: str) -> tuple[float, float]:
     if not (math.isfinite(low) and math.isfinite(high) and low < high and math.isfinite(high - low)):
         raise InputError(f"{what} must run from a smaller to a larger number, not from {low!r} to {high!r}")
     return float(low), float(high)
-
-
-# Hounsfield units: air -1000, fat -100..-50, water 0, muscle 40..60, vessels with contrast 150..400, cortical bone from 600.
-_CT_PRESETS: dict[str, list[tuple[float, str, float]]] = {
-    "ct-skin": [
-        (-600, "#c98f72", 0.0),
-        (-300, "#dba988", 0.45),
-        (-100, "#ecc3a3", 0.85),
-        (200, "#f3d7bf", 0.95),
-    ],
-    "ct-muscle": [
-        (-200, "#e8cf97", 0.0),
-        (-90, "#e8cf97", 0.04),
-        (-20, "#b8574a", 0.02),
-        (50, "#a53a32", 0.5),
-        (90, "#b4483b", 0.45),
-        (160, "#dcb592", 0.3),
-        (350, "#f1e3c6", 0.85),
-        (1500, "#fffaf0", 0.95),
-    ],
-    "ct-bone": [
-        (120, "#9c5a3c", 0.0),
-        (220, "#cf9d72", 0.2),
-        (400, "#ead8b4", 0.75),
-        (1200, "#fbf5e6", 0.95),
-    ],
-    "ct-vessel": [
-        (110, "#7a1512", 0.0),
-        (180, "#b0241c", 0.35),
-        (320, "#d94f3d", 0.7),
-        (480, "#ead2ab", 0.75),
-        (1500, "#fffaf0", 0.9),
-    ],
-}
-
-# Parts of the data's range: MR has no unit.
-_MR_PRESETS: dict[str, list[tuple[float, str, float]]] = {
-    "mr-default": [
-        (0.0, "#000000", 0.0),
-        (0.08, "#3b2620", 0.0),
-        (0.2, "#a06a55", 0.15),
-        (0.45, "#d9b59d", 0.4),
-        (1.0, "#fff8ee", 0.9),
-    ],
-    "mr-angiography": [
-        (0.0, "#300505", 0.0),
-        (0.3, "#7a1512", 0.0),
-        (0.55, "#cf3d2f", 0.5),
-        (1.0, "#ffe9d6", 0.95),
-    ],
-}

@@ -21,7 +21,7 @@ PACKAGE = ROOT / "src" / "intaglio"
 SOURCES = {".".join(p.relative_to(PACKAGE).with_suffix("").parts).removesuffix(".__init__"): p for p in PACKAGE.rglob("*.py")}
 MODULES = {name: path for name, path in SOURCES.items() if name != "__init__"}
 
-NOUNS = ("volume", "mesh", "camera", "piecewise", "transfer_presets", "transfer_function", "lighting", "gbuffer", "drawing")
+NOUNS = ("volume", "mesh", "selection", "camera", "piecewise", "transfer_presets", "transfer_function", "lighting", "gbuffer", "drawing")
 SIBLINGS = ("io", "rendering", "ink", "solid")
 PIPELINES = 4
 LAYER = {

@@ -20,6 +20,7 @@ from intaglio.rendering.first_hit import STEP, first_hit
 from intaglio.rendering.skipping import BLOCK, min_max_blocks, surface_blocks, surface_corners
 
 SHAPE = (48, 52, 56)
+NO_TOOLS = (np.zeros((0, 20)), np.zeros(1, dtype=np.float32))
 TURN = np.linalg.qr(np.array([[2.0, 1.0, 0.5], [-1.0, 2.0, 1.0], [0.3, -1.0, 2.0]]))[0]
 SPACING = (1.0, 0.75, 1.3)
 # A right-handed and a left-handed grid, turned and uneven, beside the plain one.
@@ -338,8 +339,8 @@ def test_skipping_empty_blocks_changes_nothing():
     every, voxels = frozen(np.ones_like(blocks)), frozen(volume.array)
     hits = 0
     for ray in random_rays(3000, volume.shape, 6):
-        skipped = first_hit(voxels, frozen(blocks), 0.0, 1.0, ray, 0.0)
-        assert skipped == first_hit(voxels, every, 0.0, 1.0, ray, 0.0)
+        skipped = first_hit(voxels, frozen(blocks), 0.0, 1.0, *NO_TOOLS, ray, 0.0)
+        assert skipped == first_hit(voxels, every, 0.0, 1.0, *NO_TOOLS, ray, 0.0)
         hits += np.isfinite(skipped[0])
     assert hits > 300
 
@@ -358,7 +359,7 @@ def test_first_hit_is_that_of_fine_marching():
     speed = np.linalg.norm(rays[:, 3:], axis=1)
     unit = rays[:, 3:] / speed[:, None]
     expected = oracle.march(field, rays[:, :3], unit, 100.0, 300.0, 0.05)
-    got = np.array([first_hit(voxels, blocks, 0.0, 1.0, ray, 0.0) for ray in rays])
+    got = np.array([first_hit(voxels, blocks, 0.0, 1.0, *NO_TOOLS, ray, 0.0) for ray in rays])
     found = got[:, 0] * speed
     there = np.isfinite(expected)
     deep = there & (field(rays[:, :3] + (np.where(there, expected, 0) + STEP)[:, None] * unit) > 0)

@@ -20,7 +20,9 @@ if TYPE_CHECKING:
     from intaglio.plate import draw as draw, hatch as hatch, surface_camera as surface_camera
     from intaglio.rendering.isosurface import isosurface as isosurface
     from intaglio.rendering.isovalue import body_surface as body_surface
+    from intaglio.rendering.raycast import render as render
     from intaglio.rendering.shade import shade as shade
+    from intaglio.selection import Selection as Selection
     from intaglio.transfer_function import TransferFunction as TransferFunction
     from intaglio.volume import Volume as Volume
 
@@ -34,6 +36,7 @@ _PUBLIC = {
     "InputError": "errors",
     "Light": "lighting",
     "Material": "lighting",
+    "Selection": "selection",
     "TransferFunction": "transfer_function",
     "TriangleMesh": "mesh",
     "Volume": "volume",
@@ -43,6 +46,7 @@ _PUBLIC = {
     "isosurface": "rendering.isosurface",
     "read_mesh": "io.meshes",
     "read_volume": "io.volumes",
+    "render": "rendering.raycast",
     "shade": "rendering.shade",
     "styles": "ink.styles",
     "surface_camera": "plate",

@@ -17,6 +17,7 @@ from intaglio.lighting import Light, Material
 from intaglio.rendering.isosurface import isosurface
 from intaglio.rendering.isovalue import body_surface
 from intaglio.rendering.skipping import SURFACE, surface_blocks, surface_corners
+from intaglio.selection import Selection
 from intaglio.volume import Volume
 
 # A key from the upper left, and a weak lamp beside the viewer that models what the key leaves in shadow.
@@ -79,6 +80,7 @@ def hatch(
     seed: int = 0,
     width_mm: float = 160.0,
     islands: float = ISLANDS,
+    selections: Sequence[Selection] = (),
     lights: Sequence[Light] = PLATE_LIGHTS,
     material: Material = PLATE_MATERIAL,
     progress: Progress | None = None,
@@ -91,10 +93,13 @@ def hatch(
     style       a name from `styles()`, or a Hatching; single parameters of it may be given as keywords
     width_mm    of the paper
     islands     pieces smaller than this part of the largest one are left out
+    selections  tools that cut the body open
     Equal input and seed give an equal Drawing, whatever the number of threads. InputError for what cannot be drawn.
     """
     hatching = named_style(style, **parameters)
     iso = body_surface(volume)[0] if iso is None else iso
     camera = camera or surface_camera(volume, iso, width_mm=width_mm, islands=islands)
-    gb = isosurface(volume, iso, camera, lights=lights, material=material, islands=islands, progress=progress)
+    gb = isosurface(
+        volume, iso, camera, lights=lights, material=material, islands=islands, selections=selections, progress=progress
+    )
     return draw(gb, hatching, width_mm=width_mm, seed=seed, title=f"{volume.name}, iso {iso:g}", progress=progress)

@@ -9,6 +9,7 @@ import math
 import numpy as np
 
 from intaglio.compute import helper, kernel
+from intaglio.rendering.cutting import kept
 from intaglio.rendering.sampling import trilinear
 from intaglio.rendering.skipping import BLOCK, SURFACE
 
@@ -48,11 +49,19 @@ def next_block(ray, shape, t, nudge):  # type: ignore[no-untyped-def]
     return bz, by, bx, max(until, t + nudge)
 
 
+@helper
+def _inside(voxels, iso, sign, heads, data, x, y, z):  # type: ignore[no-untyped-def]
+    """Positive inside the body and where no tool has cut it away."""
+    f = sign * (trilinear(voxels, x, y, z) - iso)
+    return min(f, kept(heads, data, x, y, z)) if heads.shape[0] > 0 else f
+
+
 @kernel
-def first_hit(voxels, blocks, iso, sign, ray, start):  # type: ignore[no-untyped-def]
+def first_hit(voxels, blocks, iso, sign, heads, data, ray, start):  # type: ignore[no-untyped-def]
     """Depth at which sign * (value - iso) first reaches 0 beyond `start`, inf for none; and whether it begins inside.
 
-    ray (6,) is origin and direction in index space. Trilinear; exact to about 1e-5 voxel.
+    heads and data are of `packed_selections`. ray (6,) is origin and direction in index space. Trilinear; exact to about
+    1e-5 voxel.
     """
     nz, ny, nx = voxels.shape
     ox, oy, oz, dx, dy, dz = ray[0], ray[1], ray[2], ray[3], ray[4], ray[5]
@@ -66,24 +75,24 @@ def first_hit(voxels, blocks, iso, sign, ray, start):  # type: ignore[no-untyped
     dt = STEP / length
     nudge = 1e-6 / length
     bz, by, bx, until = next_block(ray, voxels.shape, t, nudge)
-    if blocks[bz, by, bx] and sign * (trilinear(voxels, ox + t * dx, oy + t * dy, oz + t * dz) - iso) >= 0.0:
+    if blocks[bz, by, bx] and _inside(voxels, iso, sign, heads, data, ox + t * dx, oy + t * dy, oz + t * dz) >= 0.0:
         return t, True
     while t < far:
         bz, by, bx, until = next_block(ray, voxels.shape, t, nudge)
         until = min(until, far)
         if blocks[bz, by, bx] == SURFACE:
             a = t
-            fa = sign * (trilinear(voxels, ox + a * dx, oy + a * dy, oz + a * dz) - iso)
+            fa = _inside(voxels, iso, sign, heads, data, ox + a * dx, oy + a * dy, oz + a * dz)
             while a < until:
                 b = min(a + dt, until)
-                fb = sign * (trilinear(voxels, ox + b * dx, oy + b * dy, oz + b * dz) - iso)
+                fb = _inside(voxels, iso, sign, heads, data, ox + b * dx, oy + b * dy, oz + b * dz)
                 if fb >= 0.0:
                     # Regula falsi, halving the value that stays (Illinois).
                     for _ in range(24):
                         if b - a < 1e-5 * dt or fb == fa:
                             break
                         m = b - fb * (b - a) / (fb - fa)
-                        fm = sign * (trilinear(voxels, ox + m * dx, oy + m * dy, oz + m * dz) - iso)
+                        fm = _inside(voxels, iso, sign, heads, data, ox + m * dx, oy + m * dy, oz + m * dz)
                         if abs(fm) < 1e-7 * abs(iso) + 1e-12:
                             return m, False
                         if fm >= 0.0:

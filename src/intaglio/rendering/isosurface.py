@@ -15,9 +15,11 @@ from intaglio.compute import Progress, frozen, kernel, tiles
 from intaglio.errors import InputError
 from intaglio.gbuffer import GBuffer
 from intaglio.lighting import DEFAULT_LIGHTS, Light, Material, packed_lights
+from intaglio.rendering.cutting import cut_blocks, kept
 from intaglio.rendering.first_hit import first_hit, ray_at
 from intaglio.rendering.sampling import tricubic
 from intaglio.rendering.skipping import Inside, surface_blocks
+from intaglio.selection import Selection, packed_selections
 from intaglio.volume import Volume
 
 # A jump of depth by less than this many voxels is not a contour.
@@ -26,7 +28,7 @@ MIN_JUMP = 1.5
 
 @kernel
 def _trace(  # type: ignore[no-untyped-def]
-    y0, y1, x0, x1, voxels, blocks, iso, sign, index_rays, world_rays, to_world, lights, material,
+    y0, y1, x0, x1, voxels, blocks, iso, sign, heads, data, index_rays, world_rays, to_world, lights, material,
     depth, normal, curvature, direction, view_curvature, light,
 ):  # fmt: skip
     nz, ny, nx = voxels.shape
@@ -41,13 +43,14 @@ def _trace(  # type: ignore[no-untyped-def]
     for py in range(y0, y1):
         for px in range(x0, x1):
             ray_at(index_rays, px + 0.5, py + 0.5, ray)
-            t, inside = first_hit(voxels, blocks, iso, sign, ray, 0.0)
+            t, inside = first_hit(voxels, blocks, iso, sign, heads, data, ray, 0.0)
             if t == np.inf:
                 continue
             ray_at(world_rays, px + 0.5, py + 0.5, world)
             back = 1.0 / math.sqrt(world[3] ** 2 + world[4] ** 2 + world[5] ** 2)
             vx, vy, vz = -world[3] * back, -world[4] * back, -world[5] * back
             x, y, z = ray[0] + t * ray[3], ray[1] + t * ray[4], ray[2] + t * ray[5]
+            length = math.sqrt(ray[3] ** 2 + ray[4] ** 2 + ray[5] ** 2)
             flat = inside
             if inside:
                 # The scan ends inside the body: its face is the surface.
@@ -59,8 +62,17 @@ def _trace(  # type: ignore[no-untyped-def]
                 if n[0] * vx + n[1] * vy + n[2] * vz < 0.0:
                     n[0], n[1], n[2] = -n[0], -n[1], -n[2]
                 slope = 0.0
+            elif heads.shape[0] > 0 and kept(heads, data, x, y, z) < 0.02 / length:
+                # A cut face: the tool's normal, turned out of the body.
+                flat = True
+                n[0] = n[1] = n[2] = 0.0
+                for axis in range(3):
+                    hx, hy, hz = 0.5 * (axis == 0), 0.5 * (axis == 1), 0.5 * (axis == 2)
+                    g = kept(heads, data, x - hx, y - hy, z - hz) - kept(heads, data, x + hx, y + hy, z + hz)
+                    for c in range(3):
+                        n[c] += to_world[axis, c] * g
+                slope = 0.0
             else:
-                length = math.sqrt(ray[3] ** 2 + ray[4] ** 2 + ray[5] ** 2)
                 for _ in range(4):
                     tricubic(voxels, ray[0] + t * ray[3], ray[1] + t * ray[4], ray[2] + t * ray[5], weights, d)
                     # The B-spline smooths: f + laplace(f) / 6 + fourth order. Taking that away leaves the field itself.
@@ -79,7 +91,7 @@ def _trace(  # type: ignore[no-untyped-def]
                 if slope < 1e-30:
                     flat = True
                     n[0], n[1], n[2] = vx, vy, vz
-            norm = 1.0 / math.sqrt(n[0] ** 2 + n[1] ** 2 + n[2] ** 2)
+            norm = 1.0 / max(math.sqrt(n[0] ** 2 + n[1] ** 2 + n[2] ** 2), 1e-30)
             n[0], n[1], n[2] = n[0] * norm, n[1] * norm, n[2] * norm
             depth[py, px] = t
             for c in range(3):
@@ -152,7 +164,7 @@ def _trace(  # type: ignore[no-untyped-def]
 
 
 @kernel
-def _edges(y0, y1, x0, x1, voxels, blocks, iso, sign, index_rays, min_jump, depth, edge):  # type: ignore[no-untyped-def]
+def _edges(y0, y1, x0, x1, voxels, blocks, iso, sign, heads, data, index_rays, min_jump, depth, edge):  # type: ignore[no-untyped-def]
     h, w = depth.shape
     ray = np.empty(6)
     for py in range(y0, y1):
@@ -171,7 +183,7 @@ def _edges(y0, y1, x0, x1, voxels, blocks, iso, sign, index_rays, min_jump, dept
                 for _ in range(6):
                     m = 0.5 * (low + high)
                     ray_at(index_rays, px + 0.5 + m * (1 - side), py + 0.5 + m * side, ray)
-                    tm, inside = first_hit(voxels, blocks, iso, sign, ray, max(start, 0.0))
+                    tm, inside = first_hit(voxels, blocks, iso, sign, heads, data, ray, max(start, 0.0))
                     # Towards the end whose depth it has less in common with.
                     if abs(tm - ta) < abs(tm - tb) or (tm == np.inf and ta == np.inf):
                         low = m
@@ -194,12 +206,14 @@ def isosurface(
     material: Material | None = None,
     inside: Inside = "above",
     islands: float = 0.0,
+    selections: Sequence[Selection] = (),
     progress: Progress | None = None,
 ) -> GBuffer:
     """The surface where the volume has the value `iso`, as the camera sees it.
 
     inside   on which side of the isovalue the body is: "below" for distance fields
     islands  pieces smaller than this part of the largest one are left out (see `surface_blocks`)
+    selections  tools that cut the body open; cut faces have the tools' normals
     Returns a GBuffer of camera.size. The hit is that of the field through the voxels to fourth order in
     their spacing; normal and curvatures come from the tricubic B-spline at the hit, curvature by
     G = -P H P / |g| in the tangent plane, solved exactly (Kindlmann et al. 2003). Where the scan ends inside
@@ -227,7 +241,9 @@ def isosurface(
     if camera.projection == "perspective":
         index_rays[0] = eye
     sign = 1.0 if inside == "above" else -1.0
-    field = (frozen(volume.samples), frozen(surface_blocks(volume, iso, islands, inside)), float(iso), sign, index_rays)
+    heads, data = packed_selections(selections, volume)
+    blocks = cut_blocks(volume, surface_blocks(volume, iso, islands, inside), heads)
+    field = (frozen(volume.samples), frozen(blocks), float(iso), sign, heads, data, index_rays)
     shading = np.array([material.ambient, material.diffuse, material.specular, material.shininess, material.two_sided])
     shape = gb.depth.shape
     tiles(

@@ -1,0 +1,206 @@
+"""The emission-absorption integral along every ray, front to back, packet by packet."""
+
+# M. Levoy, "Display of surfaces from volume data", 1988.
+# N. Max, "Optical models for direct volume rendering", 1995.
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from intaglio.compute import helper, kernel
+from intaglio.rendering.culling import TILE
+from intaglio.rendering.cutting import kept, slopes_of_cut
+from intaglio.rendering.first_hit import clip, next_block, ray_at
+from intaglio.rendering.packets import LANES, central_differences, light_packet, values, values_and_slopes
+
+# Entries along each side of a pre-integrated table.
+TABLE_2D = 256
+# From this opacity of a sample on, its packet is lit with central differences instead of the cell's own slopes.
+SURFACE = 0.04
+# A ray ends when it is opaque but for this.
+OPAQUE = 0.002
+
+
+@helper
+def _classified(voxels, grid, ray, first, step, count, low, scale, table, red, green, blue, alpha):  # type: ignore[no-untyped-def]
+    """Pre-classification: colours of the eight voxels, weighted by opacity, interpolated; straight again at the end."""
+    sy, sz = np.int64(grid[0]), np.int64(grid[1])
+    top = len(table) - 1
+    for lane in range(count):
+        t = first + step * lane
+        x = min(max(ray[0] + t * ray[3], 0.0), grid[2] - 1e-3)
+        y = min(max(ray[1] + t * ray[4], 0.0), grid[3] - 1e-3)
+        z = min(max(ray[2] + t * ray[5], 0.0), grid[4] - 1e-3)
+        i, j, k = int(x), int(y), int(z)
+        u, v, w = x - i, y - j, z - k
+        r = g = b = a = 0.0
+        for corner in range(8):
+            cx, cy, cz = corner & 1, (corner >> 1) & 1, corner >> 2
+            weight = (u if cx else 1.0 - u) * (v if cy else 1.0 - v) * (w if cz else 1.0 - w)
+            value = float(voxels[(k + cz) * sz + (j + cy) * sy + i + cx])
+            entry = table[min(max(int((value - low) * scale + 0.5), 0), top)]
+            a += weight * entry[3]
+            r += weight * entry[3] * entry[0]
+            g += weight * entry[3] * entry[1]
+            b += weight * entry[3] * entry[2]
+        inverse = 1.0 / max(a, 1e-12)
+        red[lane], green[lane], blue[lane], alpha[lane] = r * inverse, g * inverse, b * inverse, a
+
+
+@kernel
+def integrate(  # type: ignore[no-untyped-def]
+    y0, y1, x0, x1, voxels, grid, shape, visible, heads, data, index_rays, world_rays, to_world, table, low, scale, classify, lit,
+    fade,
+    lights, material, shine, step, thin, tile_near, tile_far, paper, out,
+):  # fmt: skip
+    """One tile of out (h, w, 4), straight, over paper (4,). step is in mm along the ray.
+
+    thin: no sample can be opaque enough to need better slopes than its cell's. tile_near, tile_far: see `tile_depths`.
+    """
+    ray = np.empty(6)
+    world = np.empty(6)
+    shift = np.zeros(3)
+    value = np.empty(LANES + 1, dtype=np.float32)
+    other = np.empty(LANES + 1, dtype=np.float32)
+    gx, gy, gz, share, diffuse, gloss, red, green, blue, alpha = (
+        np.empty(LANES, dtype=np.float32), np.empty(LANES, dtype=np.float32), np.empty(LANES, dtype=np.float32),
+        np.empty(LANES, dtype=np.float32), np.empty(LANES, dtype=np.float32), np.empty(LANES, dtype=np.float32),
+        np.empty(LANES, dtype=np.float32), np.empty(LANES, dtype=np.float32), np.empty(LANES, dtype=np.float32),
+        np.empty(LANES, dtype=np.float32),
+    )  # fmt: skip
+    margin = np.empty(LANES, dtype=np.float32)
+    # So near to a cut, in mm, a sample is lit as part of its face.
+    face = np.float32(1.5 * step)
+    ka, kd, ks = np.float32(material[0]), np.float32(material[1]), np.float32(material[2])
+    one = np.float32(1.0)
+    base = np.float32(low)
+    factor = np.float32(scale)
+    top = np.float32(table.shape[0] - 1)
+    side = np.int32(TABLE_2D)
+    last = np.float32(TABLE_2D - 1)
+    for py in range(y0, y1):
+        for px in range(x0, x1):
+            ray_at(index_rays, px + 0.5, py + 0.5, ray)
+            near, far = clip(ray[0], ray[3], shape[2], 0.0, np.inf)
+            near, far = clip(ray[1], ray[4], shape[1], near, far)
+            near, far = clip(ray[2], ray[5], shape[0], near, far)
+            begin = tile_near[py // TILE, px // TILE]
+            if not (near < far and begin < far and tile_far[py // TILE, px // TILE] > near):
+                continue
+            ray_at(world_rays, px + 0.5, py + 0.5, world)
+            dt = step / math.sqrt(world[3] ** 2 + world[4] ** 2 + world[5] ** 2)
+            nudge = 1e-6 * dt
+            total = max(int(math.ceil((far - near) / dt - 1e-6)), 1)
+            # The last sample stands for what is left of the ray.
+            rest = (far - near) / dt - (total - 1)
+            r = g = b = a = np.float32(0.0)
+            # Samples stay where they are counted from the volume's face; only the empty ones in front are left out.
+            k = max(int((begin - near) / dt), 0)
+            t = near + k * dt
+            stop = tile_far[py // TILE, px // TILE]
+            while k < total and t < stop:
+                bz, by, bx, until = next_block(ray, shape, t, nudge)
+                end = min(int(math.ceil((until - near) / dt - 0.5)), total) if until < far else total
+                t = until
+                if not visible[bz, by, bx]:
+                    k = max(k, end)
+                    continue
+                while k < end and a < one - np.float32(OPAQUE):
+                    count = min(end - k, LANES)
+                    middle = near + (k + 0.5) * dt
+                    direct = lit and thin and classify == 1
+                    if classify == 2:
+                        # Values at both ends of each segment, its middle being the sample.
+                        values(voxels, grid, ray, near + k * dt, dt, count + 1, shift, value)
+                        for lane in range(count):
+                            f = min(max((value[lane] - base) * factor, np.float32(0.0)), last)
+                            s = min(max((value[lane + 1] - base) * factor, np.float32(0.0)), last)
+                            entry = np.int32(f + np.float32(0.5)) * side + np.int32(s + np.float32(0.5))
+                            alpha[lane] = table[entry, 3]
+                            inverse = one / max(alpha[lane], np.float32(1e-12))
+                            red[lane] = table[entry, 0] * inverse
+                            green[lane] = table[entry, 1] * inverse
+                            blue[lane] = table[entry, 2] * inverse
+                    elif classify == 1:
+                        if direct:
+                            values_and_slopes(voxels, grid, ray, middle, dt, count, value, gx, gy, gz)
+                        else:
+                            values(voxels, grid, ray, middle, dt, count, shift, value)
+                        for lane in range(count):
+                            f = min(max((value[lane] - base) * factor + np.float32(0.5), np.float32(0.0)), top)
+                            entry = np.int32(f)
+                            red[lane] = table[entry, 0]
+                            green[lane] = table[entry, 1]
+                            blue[lane] = table[entry, 2]
+                            alpha[lane] = table[entry, 3]
+                    else:
+                        _classified(voxels, grid, ray, middle, dt, count, low, scale, table, red, green, blue, alpha)
+                    if k + count == total and rest < 0.999999:
+                        alpha[count - 1] = one - (one - alpha[count - 1]) ** np.float32(rest)
+
+                    if heads.shape[0] > 0:
+                        for lane in range(count):
+                            at = middle + lane * dt
+                            x, y, z = ray[0] + at * ray[3], ray[1] + at * ray[4], ray[2] + at * ray[5]
+                            margin[lane] = kept(heads, data, x, y, z)
+                            if margin[lane] < np.float32(0.0):
+                                alpha[lane] = np.float32(0.0)
+
+                    # Opacity alone says which samples count: from the first that is seen to the last that shows through.
+                    first = 0
+                    while first < count and alpha[first] <= np.float32(0.0):
+                        first += 1
+                    past = first
+                    clear = one - a
+                    most = np.float32(0.0)
+                    for lane in range(first, count):
+                        if alpha[lane] > np.float32(0.0):
+                            past = lane + 1
+                            most = max(most, alpha[lane])
+                            clear *= one - alpha[lane]
+                            if clear < np.float32(OPAQUE):
+                                break
+                    seen = past - first
+                    if seen > 0:
+                        skip = 0 if direct else first
+                        if lit:
+                            start = middle + skip * dt
+                            number = past - skip
+                            if not direct:
+                                if most > np.float32(SURFACE):
+                                    central_differences(voxels, grid, ray, start, dt, number, 1.0, shift, other, gx, gy, gz)
+                                    shift[:] = 0.0
+                                else:
+                                    values_and_slopes(voxels, grid, ray, start, dt, number, other, gx, gy, gz)
+                            if heads.shape[0] > 0:
+                                for lane in range(number):
+                                    if margin[skip + lane] < face:
+                                        slopes_of_cut(heads, data, ray, start + lane * dt, fade, lane, gx, gy, gz)
+                            light_packet(
+                                gx, gy, gz, number, world, start, dt, to_world, lights, material, fade, shine, share, diffuse,
+                                gloss,
+                            )  # fmt: skip
+                            for lane in range(number):
+                                body = one + share[lane] * (ka + kd * diffuse[lane] - one)
+                                glow = share[lane] * ks * gloss[lane]
+                                red[skip + lane] = red[skip + lane] * body + glow
+                                green[skip + lane] = green[skip + lane] * body + glow
+                                blue[skip + lane] = blue[skip + lane] * body + glow
+                        for lane in range(first, past):
+                            weight = (one - a) * alpha[lane]
+                            r += weight * red[lane]
+                            g += weight * green[lane]
+                            b += weight * blue[lane]
+                            a += weight
+                    k += count
+                if a >= one - np.float32(OPAQUE):
+                    break
+            free = (one - a) * paper[3]
+            a += free
+            inverse = one / max(a, np.float32(1e-6))
+            out[py, px, 0] = min((r + free * paper[0]) * inverse, one)
+            out[py, px, 1] = min((g + free * paper[1]) * inverse, one)
+            out[py, px, 2] = min((b + free * paper[2]) * inverse, one)
+            out[py, px, 3] = min(a, one)

@@ -1,0 +1,175 @@
+"""What a ray does with a packet of its samples at once: values, gradients, light. Loops over lanes, for LLVM to vectorize."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from intaglio.compute import helper
+
+# Samples in a packet; a block of 8 voxels holds about that many at half a voxel's step.
+LANES = 32
+
+_ZERO = np.float32(0.0)
+_ONE = np.float32(1.0)
+
+
+@helper
+def values(voxels, grid, ray, first, step, count, shift, out):  # type: ignore[no-untyped-def]
+    """out[l] = trilinear value at origin + (first + l step) direction + shift.
+
+    voxels flat; grid (5,) = strides of y and z, then the last index of x, y, z; ray (6,) in index space, float64.
+    """
+    sy = np.uint64(grid[0])
+    sz = np.uint64(grid[1])
+    one = np.uint64(1)
+    mx, my, mz = np.float32(grid[2] - 1e-3), np.float32(grid[3] - 1e-3), np.float32(grid[4] - 1e-3)
+    px = np.float32(ray[0] + first * ray[3] + shift[0])
+    py = np.float32(ray[1] + first * ray[4] + shift[1])
+    pz = np.float32(ray[2] + first * ray[5] + shift[2])
+    dx, dy, dz = np.float32(step * ray[3]), np.float32(step * ray[4]), np.float32(step * ray[5])
+    for lane in range(count):
+        t = np.float32(lane)
+        x = min(max(px + t * dx, _ZERO), mx)
+        y = min(max(py + t * dy, _ZERO), my)
+        z = min(max(pz + t * dz, _ZERO), mz)
+        i = np.int32(x)
+        j = np.int32(y)
+        k = np.int32(z)
+        u = x - np.float32(i)
+        v = y - np.float32(j)
+        w = z - np.float32(k)
+        b = np.uint64(k) * sz + np.uint64(j) * sy + np.uint64(i)
+        a00 = np.float32(voxels[b])
+        a01 = np.float32(voxels[b + sy])
+        a10 = np.float32(voxels[b + sz])
+        a11 = np.float32(voxels[b + sz + sy])
+        c00 = a00 + u * (np.float32(voxels[b + one]) - a00)
+        c01 = a01 + u * (np.float32(voxels[b + sy + one]) - a01)
+        c10 = a10 + u * (np.float32(voxels[b + sz + one]) - a10)
+        c11 = a11 + u * (np.float32(voxels[b + sz + sy + one]) - a11)
+        c0 = c00 + v * (c01 - c00)
+        c1 = c10 + v * (c11 - c10)
+        out[lane] = c0 + w * (c1 - c0)
+
+
+@helper
+def values_and_slopes(voxels, grid, ray, first, step, count, out, gx, gy, gz):  # type: ignore[no-untyped-def]
+    """The same with the gradient of the trilinear field itself, in index space: cheap, but it jumps between cells."""
+    sy = np.uint64(grid[0])
+    sz = np.uint64(grid[1])
+    one = np.uint64(1)
+    mx, my, mz = np.float32(grid[2] - 1e-3), np.float32(grid[3] - 1e-3), np.float32(grid[4] - 1e-3)
+    px = np.float32(ray[0] + first * ray[3])
+    py = np.float32(ray[1] + first * ray[4])
+    pz = np.float32(ray[2] + first * ray[5])
+    dx, dy, dz = np.float32(step * ray[3]), np.float32(step * ray[4]), np.float32(step * ray[5])
+    for lane in range(count):
+        t = np.float32(lane)
+        x = min(max(px + t * dx, _ZERO), mx)
+        y = min(max(py + t * dy, _ZERO), my)
+        z = min(max(pz + t * dz, _ZERO), mz)
+        i = np.int32(x)
+        j = np.int32(y)
+        k = np.int32(z)
+        u = x - np.float32(i)
+        v = y - np.float32(j)
+        w = z - np.float32(k)
+        b = np.uint64(k) * sz + np.uint64(j) * sy + np.uint64(i)
+        a00 = np.float32(voxels[b])
+        a01 = np.float32(voxels[b + sy])
+        a10 = np.float32(voxels[b + sz])
+        a11 = np.float32(voxels[b + sz + sy])
+        e00 = np.float32(voxels[b + one]) - a00
+        e01 = np.float32(voxels[b + sy + one]) - a01
+        e10 = np.float32(voxels[b + sz + one]) - a10
+        e11 = np.float32(voxels[b + sz + sy + one]) - a11
+        c00 = a00 + u * e00
+        c01 = a01 + u * e01
+        c10 = a10 + u * e10
+        c11 = a11 + u * e11
+        d0 = c01 - c00
+        d1 = c11 - c10
+        c0 = c00 + v * d0
+        c1 = c10 + v * d1
+        f0 = e00 + v * (e01 - e00)
+        f1 = e10 + v * (e11 - e10)
+        out[lane] = c0 + w * (c1 - c0)
+        gx[lane] = f0 + w * (f1 - f0)
+        gy[lane] = d0 + w * (d1 - d0)
+        gz[lane] = c1 - c0
+
+
+@helper
+def central_differences(voxels, grid, ray, first, step, count, h, shift, other, gx, gy, gz):  # type: ignore[no-untyped-def]
+    """Gradient from six more values, h voxels away on either side, in index space; smooth across cells."""
+    half = np.float32(0.5 / h)
+    for axis in range(3):
+        out = gx if axis == 0 else (gy if axis == 1 else gz)
+        shift[0] = shift[1] = shift[2] = 0.0
+        shift[axis] = h
+        values(voxels, grid, ray, first, step, count, shift, out)
+        shift[axis] = -h
+        values(voxels, grid, ray, first, step, count, shift, other)
+        for lane in range(count):
+            out[lane] = half * (out[lane] - other[lane])
+
+
+@helper
+def light_packet(gx, gy, gz, count, ray, first, step, to_world, lights, material, fade, shine, share, diffuse, gloss):  # type: ignore[no-untyped-def]
+    """Diffuse and specular light (Blinn-Phong) of the normals -g/|g|; share[l] says how much of a normal there is.
+
+    Below a slope of `fade` per mm the share falls to 0 at half of it: homogeneous regions have no normal. ray is in the
+    world, gx, gy, gz in index space and overwritten; shine is a table of x^shininess over 0..1.
+    """
+    m = to_world
+    m00, m01, m02 = np.float32(m[0, 0]), np.float32(m[0, 1]), np.float32(m[0, 2])
+    m10, m11, m12 = np.float32(m[1, 0]), np.float32(m[1, 1]), np.float32(m[1, 2])
+    m20, m21, m22 = np.float32(m[2, 0]), np.float32(m[2, 1]), np.float32(m[2, 2])
+    back = -1.0 / math.sqrt(ray[3] ** 2 + ray[4] ** 2 + ray[5] ** 2)
+    vx, vy, vz = np.float32(back * ray[3]), np.float32(back * ray[4]), np.float32(back * ray[5])
+    two_sided = material[4] > 0.5
+    top = np.float32(len(shine) - 1)
+    low = np.float32(0.5 * fade)
+    scale = _ONE / max(low, np.float32(1e-20))
+    for lane in range(count):
+        nx = -(m00 * gx[lane] + m10 * gy[lane] + m20 * gz[lane])
+        ny = -(m01 * gx[lane] + m11 * gy[lane] + m21 * gz[lane])
+        nz = -(m02 * gx[lane] + m12 * gy[lane] + m22 * gz[lane])
+        slope = np.float32(math.sqrt(nx * nx + ny * ny + nz * nz))
+        inverse = _ONE / max(slope, np.float32(1e-20))
+        gx[lane] = nx * inverse
+        gy[lane] = ny * inverse
+        gz[lane] = nz * inverse
+        part = min(max((slope - low) * scale, _ZERO), _ONE)
+        share[lane] = part * part * (np.float32(3.0) - np.float32(2.0) * part)
+        diffuse[lane] = _ZERO
+        gloss[lane] = _ZERO
+    for n in range(lights.shape[0]):
+        lx, ly, lz = lights[n, 1], lights[n, 2], lights[n, 3]
+        power = lights[n, 7]
+        if lights[n, 0] > np.float32(0.5):
+            # A lamp inside a packet's length looks nearly the same from all of it.
+            t = first + 0.5 * step * count
+            lx = np.float32(lights[n, 4] - ray[0] - t * ray[3])
+            ly = np.float32(lights[n, 5] - ray[1] - t * ray[4])
+            lz = np.float32(lights[n, 6] - ray[2] - t * ray[5])
+            near = _ONE / max(np.float32(math.sqrt(lx * lx + ly * ly + lz * lz)), np.float32(1e-6))
+            lx, ly, lz = lx * near, ly * near, lz * near
+            if lights[n, 0] > np.float32(1.5):
+                cone = lx * lights[n, 1] + ly * lights[n, 2] + lz * lights[n, 3]
+                part = min(max((cone - lights[n, 8]) / max(lights[n, 9] - lights[n, 8], np.float32(1e-6)), _ZERO), _ONE)
+                power = power * part * part * (np.float32(3.0) - np.float32(2.0) * part)
+        hx, hy, hz = lx + vx, ly + vy, lz + vz
+        long = _ONE / max(np.float32(math.sqrt(hx * hx + hy * hy + hz * hz)), np.float32(1e-9))
+        hx, hy, hz = hx * long, hy * long, hz * long
+        for lane in range(count):
+            lit = gx[lane] * lx + gy[lane] * ly + gz[lane] * lz
+            half = gx[lane] * hx + gy[lane] * hy + gz[lane] * hz
+            if two_sided:
+                lit = abs(lit)
+                half = abs(half)
+            half = min(max(half, _ZERO), _ONE) if lit > _ZERO else _ZERO
+            diffuse[lane] += power * max(lit, _ZERO)
+            gloss[lane] += power * shine[np.int32(half * top)]

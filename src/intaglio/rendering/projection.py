@@ -1,0 +1,87 @@
+"""Projections without opacity: the largest, the smallest or the mean value along each ray."""
+
+# J. Wallis et al., "Three-dimensional display in nuclear medicine", 1989 (maximum intensity projection).
+
+from __future__ import annotations
+
+import math
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from intaglio.camera import Camera
+from intaglio.compute import Progress, frozen, kernel, tiles
+from intaglio.rendering.first_hit import clip, next_block, ray_at
+from intaglio.rendering.packets import LANES, values
+from intaglio.rendering.skipping import min_max_blocks
+from intaglio.volume import Volume
+
+Projection = Literal["mip", "minip", "average"]
+
+
+@kernel
+def _project(y0, y1, x0, x1, voxels, grid, shape, low, high, index_rays, way, step, out):  # type: ignore[no-untyped-def]
+    """One tile of out (h, w), NaN where the ray misses. way: 1 largest, -1 smallest, 0 mean. step in voxels."""
+    ray = np.empty(6)
+    shift = np.zeros(3)
+    value = np.empty(LANES + 1, dtype=np.float32)
+    for py in range(y0, y1):
+        for px in range(x0, x1):
+            ray_at(index_rays, px + 0.5, py + 0.5, ray)
+            near, far = clip(ray[0], ray[3], shape[2], 0.0, np.inf)
+            near, far = clip(ray[1], ray[4], shape[1], near, far)
+            near, far = clip(ray[2], ray[5], shape[0], near, far)
+            if not near < far:
+                continue
+            dt = step / math.sqrt(ray[3] ** 2 + ray[4] ** 2 + ray[5] ** 2)
+            total = max(int(math.ceil((far - near) / dt - 1e-6)), 1)
+            dt = (far - near) / total
+            best = np.float32(-np.inf if way > 0 else np.inf)
+            mean = 0.0
+            t = near
+            k = 0
+            while k < total:
+                bz, by, bx, until = next_block(ray, shape, t, 1e-6 * dt)
+                end = min(int(math.ceil((until - near) / dt - 0.5)), total) if until < far else total
+                t = until
+                if (way > 0 and high[bz, by, bx] <= best) or (way < 0 and low[bz, by, bx] >= best):
+                    k = max(k, end)
+                    continue
+                if way == 0 and low[bz, by, bx] == high[bz, by, bx]:
+                    mean += float(low[bz, by, bx]) * max(end - k, 0)
+                    k = max(k, end)
+                    continue
+                while k < end:
+                    count = min(end - k, LANES)
+                    values(voxels, grid, ray, near + (k + 0.5) * dt, dt, count, shift, value)
+                    for lane in range(count):
+                        if way > 0:
+                            best = max(best, value[lane])
+                        elif way < 0:
+                            best = min(best, value[lane])
+                        else:
+                            mean += value[lane]
+                    k += count
+            out[py, px] = mean / total if way == 0 else best
+
+
+def projection(
+    volume: Volume, camera: Camera, mode: Projection, *, step: float = 0.5, progress: Progress | None = None
+) -> NDArray[np.float32]:
+    """(h, w) float32 of projected values, NaN where the ray misses the volume; step in voxels.
+
+    Blocks that cannot change a maximum or minimum, and constant blocks of a mean, are not sampled.
+    """
+    z, y, x = volume.shape
+    index_rays = camera.rays() @ volume.index_from_world[:3, :3].T
+    index_rays[0] += volume.index_from_world[:3, 3]
+    low, high = min_max_blocks(volume)
+    w, h = camera.size
+    out = np.full((h, w), np.nan, dtype=np.float32)
+    tiles(
+        _project, (h, w), frozen(volume.samples).reshape(-1), np.array([x, x * y, x - 1, y - 1, z - 1], dtype=np.float64),
+        volume.shape, frozen(low), frozen(high), index_rays, {"mip": 1, "minip": -1, "average": 0}[mode], float(step), out,
+        progress=progress,
+    )  # fmt: skip
+    return out

@@ -1,0 +1,185 @@
+"""Direct volume rendering: what the transfer function, or a projection, makes of a volume."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from intaglio.camera import Camera
+from intaglio.compute import Progress, frozen, tiles
+from intaglio.drawing import Image
+from intaglio.errors import InputError
+from intaglio.lighting import DEFAULT_LIGHTS, Light, Material, packed_lights
+from intaglio.rendering.culling import tile_depths
+from intaglio.rendering.cutting import cut_blocks
+from intaglio.rendering.emission import SURFACE, TABLE_2D, integrate
+from intaglio.rendering.projection import projection
+from intaglio.rendering.skipping import min_max_blocks
+from intaglio.rendering.translucent import trace_surfaces
+from intaglio.selection import Selection, packed_selections
+from intaglio.transfer_function import TransferFunction
+from intaglio.volume import Volume
+
+Classify = Literal["pre", "post", "preintegrated"]
+Mode = Literal["emission-absorption", "mip", "minip", "average", "isosurface"]
+MODES: tuple[Mode, ...] = ("emission-absorption", "mip", "minip", "average", "isosurface")
+CLASSIFY: tuple[Classify, ...] = ("pre", "post", "preintegrated")
+Surface = tuple[float, tuple[float, float, float], float]
+# Entries of a transfer function's table.
+TABLE = 4096
+
+
+def render(
+    volume: Volume,
+    transfer_function: TransferFunction | None,
+    camera: Camera,
+    *,
+    mode: Mode = "emission-absorption",
+    classify: Classify = "post",
+    surfaces: Sequence[Surface] = (),
+    step: float = 0.5,
+    lit: bool = True,
+    lights: Sequence[Light] = DEFAULT_LIGHTS,
+    material: Material | None = None,
+    fade: float | None = None,
+    selections: Sequence[Selection] = (),
+    background: tuple[float, float, float, float] = (1.0, 1.0, 1.0, 1.0),
+    progress: Progress | None = None,
+) -> Image:
+    """A picture of the volume, integrated along its rays in float32.
+
+    transfer_function  colours; None for isosurfaces, and for a projection in greys
+    mode        "emission-absorption"; "mip", "minip" or "average": the largest, smallest or mean value of each ray,
+                coloured by the transfer function; "isosurface": the `surfaces`, semi-transparent
+    classify    "post": interpolate values, then look up; "pre": look up voxels, then interpolate colours;
+                "preintegrated": a table over the values at both ends of each step (Engel et al. 2001)
+    surfaces    (isovalue, (red, green, blue), opacity) of each isosurface
+    step        distance of samples, in the smallest voxel spacing; exact for a constant medium, the last sample
+                standing for what is left of the ray
+    lit         Blinn-Phong light of each sample's gradient; unlit, the transfer function's colour is emitted as it is
+    fade        slope, in values per mm, below which a sample has no normal; default 2 % of the range per smallest spacing
+    selections  tools that cut the volume open, not in projections; cut faces are lit with the tools' normals
+    background  straight RGBA behind the volume
+    Blocks in which nothing is visible are skipped; rays end when opaque. InputError for what cannot be rendered.
+    """
+    low, high = _checked(volume, transfer_function, mode, classify, surfaces, selections, step, fade, background)
+    material = material or Material()
+    if mode in ("mip", "minip", "average"):
+        value = projection(volume, camera, mode, step=step, progress=progress)
+        return Image(_over(_coloured(value, transfer_function, low, high), background))
+
+    world_rays = camera.rays()
+    index_rays = world_rays @ volume.index_from_world[:3, :3].T
+    index_rays[0] += volume.index_from_world[:3, 3]
+    z, y, x = volume.shape
+    w, h = camera.size
+    out = np.zeros((h, w, 4), dtype=np.float32)
+    block_low, block_high = min_max_blocks(volume)
+    grid = np.array([x, x * y, x - 1, y - 1, z - 1], dtype=np.float64)
+    field: tuple[Any, ...] = (frozen(volume.samples).reshape(-1), grid, volume.shape)
+    heads, data = packed_selections(selections, volume)
+    rays = (index_rays, world_rays, volume.index_from_world[:3, :3].copy())
+    shading = np.array([material.ambient, material.diffuse, material.specular, material.shininess, material.two_sided])
+    lamps = packed_lights(lights, camera)
+    shine = (np.linspace(0.0, 1.0, 1024) ** material.shininess).astype(np.float32)
+
+    if mode == "isosurface":
+        levels = np.array([s[0] for s in surfaces], dtype=np.float32)
+        colours = np.array([(*s[1], s[2]) for s in surfaces], dtype=np.float32)
+        visible = np.any([(block_low < v) & (block_high >= v) for v in levels], axis=0)
+        both_sides = shading * [1, 1, 1, 1, 0] + [0, 0, 0, 0, 1]
+        tiles(
+            trace_surfaces, (h, w), *field, frozen(visible), heads, data, *rays, levels, colours, lit, lamps, both_sides, shine,
+            out, progress=progress,
+        )  # fmt: skip
+        return Image(_over(out, background))
+
+    assert transfer_function is not None
+    spacing = float(volume.spacing.min())
+    mm = step * spacing
+    if classify == "preintegrated":
+        from intaglio.rendering.preintegration import preintegrated_table
+
+        table = preintegrated_table(transfer_function, low, high, size=TABLE_2D, step=mm).reshape(-1, 4)
+        scale = (TABLE_2D - 1) / (high - low)
+    else:
+        table = transfer_function.table(low, high, TABLE, step=mm)
+        scale = (TABLE - 1) / (high - low)
+    visible = transfer_function.visible(block_low, block_high) & (
+        cut_blocks(volume, np.ones_like(block_low, np.uint8), heads) > 0
+    )
+    fade = 0.02 * (high - low) / spacing if fade is None else fade
+    paper = np.array(background, dtype=np.float32)
+    out[:] = paper
+    thin = bool(table[:, 3].max() <= SURFACE)
+    depths = tile_depths(volume, visible, camera)
+    tiles(
+        integrate, (h, w), *field, frozen(visible), heads, data, *rays, frozen(table), low, scale, CLASSIFY.index(classify),
+        lit, float(fade), lamps, shading, shine, mm, thin, *depths, paper, out, tile=64, progress=progress,
+    )  # fmt: skip
+    return Image(out)
+
+
+def _checked(
+    volume: Volume,
+    transfer_function: TransferFunction | None,
+    mode: str,
+    classify: str,
+    surfaces: Sequence[Surface],
+    selections: Sequence[Selection],
+    step: float,
+    fade: float | None,
+    background: tuple[float, float, float, float],
+) -> tuple[float, float]:
+    """The range of values, or InputError."""
+    low, high = volume.range
+    if not (math.isfinite(low) and math.isfinite(high)):
+        raise InputError(f"{volume.name}: voxels are NaN or infinite; replace them with fill=VALUE when reading")
+    if mode not in MODES:
+        raise InputError(f"mode must be one of {', '.join(MODES)}, not {mode!r}")
+    if classify not in CLASSIFY:
+        raise InputError(f"classify must be one of {', '.join(CLASSIFY)}, not {classify!r}")
+    if mode == "emission-absorption" and transfer_function is None:
+        raise InputError("transfer_function must be given for emission-absorption; see TransferFunction.presets()")
+    if mode == "isosurface" and not surfaces:
+        raise InputError('surfaces must be given for mode "isosurface": (isovalue, (red, green, blue), opacity) of each')
+    for iso, colour, opacity in surfaces:
+        if not low < iso <= high:
+            raise InputError(f"{volume.name}: iso must be within the volume's values, above {low:g} up to {high:g}, not {iso!r}")
+        if len(colour) != 3 or not all(0 <= c <= 1 for c in (*colour, opacity)):
+            raise InputError(f"colour and opacity of a surface must be within 0..1, not {colour!r}, {opacity!r}")
+    if selections and mode in ("mip", "minip", "average"):
+        raise InputError(f"selections must be empty for mode {mode!r}: a projection cannot be cut open yet")
+    if not 0.01 <= step <= 16:
+        raise InputError(f"step must be between 0.01 and 16 voxels, not {step!r}")
+    if fade is not None and not 0 <= fade < math.inf:
+        raise InputError(f"fade must be a slope of 0 or more, not {fade!r}")
+    if len(background) != 4 or not all(0 <= c <= 1 for c in background):
+        raise InputError(f"background must be four numbers within 0..1, not {background!r}")
+    return low, max(high, low + 1e-6 * max(1.0, abs(low)))
+
+
+def _coloured(
+    value: NDArray[np.float32], transfer_function: TransferFunction | None, low: float, high: float
+) -> NDArray[np.float32]:
+    """Premultiplied colours of projected values; greys without a transfer function; nothing where the ray missed."""
+    if transfer_function is None:
+        grey = (value - low) / (high - low)
+        rgba = np.stack([grey, grey, grey, np.ones_like(grey)], axis=2)
+    else:
+        rgba = transfer_function(value)
+        rgba[..., :3] *= rgba[..., 3:]
+    return np.where(np.isnan(value)[..., None], 0.0, rgba).astype(np.float32)
+
+
+def _over(front: NDArray[np.float32], background: tuple[float, float, float, float]) -> NDArray[np.float32]:
+    """Premultiplied RGBA over a straight background, straight."""
+    red, green, blue, alpha = background
+    free = 1.0 - front[..., 3:]
+    out = front + free * np.array([red * alpha, green * alpha, blue * alpha, alpha], dtype=np.float32)
+    out[..., :3] /= np.maximum(out[..., 3:], 1e-6)
+    return np.clip(out, 0.0, 1.0, out=out)

@@ -37,13 +37,16 @@ def _project(y0, y1, x0, x1, voxels, grid, shape, low, high, index_rays, way, st
             dt = step / math.sqrt(ray[3] ** 2 + ray[4] ** 2 + ray[5] ** 2)
             total = max(int(math.ceil((far - near) / dt - 1e-6)), 1)
             dt = (far - near) / total
+            # A mean's samples stand for the parts around them; those of an extreme reach from face to face.
+            first = 0.5 if way == 0 else 0.0
+            samples = total if way == 0 else total + 1
             best = np.float32(-np.inf if way > 0 else np.inf)
             mean = 0.0
             t = near
             k = 0
-            while k < total:
+            while k < samples:
                 bz, by, bx, until = next_block(ray, shape, t, 1e-6 * dt)
-                end = min(int(math.ceil((until - near) / dt - 0.5)), total) if until < far else total
+                end = min(int(math.ceil((until - near) / dt - first)), samples) if until < far else samples
                 t = until
                 if (way > 0 and high[bz, by, bx] <= best) or (way < 0 and low[bz, by, bx] >= best):
                     k = max(k, end)
@@ -54,7 +57,7 @@ def _project(y0, y1, x0, x1, voxels, grid, shape, low, high, index_rays, way, st
                     continue
                 while k < end:
                     count = min(end - k, LANES)
-                    values(voxels, grid, ray, near + (k + 0.5) * dt, dt, count, shift, value)
+                    values(voxels, grid, ray, near + (k + first) * dt, dt, count, shift, value)
                     for lane in range(count):
                         if way > 0:
                             best = max(best, value[lane])

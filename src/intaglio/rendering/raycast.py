@@ -91,9 +91,8 @@ def render(
         levels = np.array([s[0] for s in surfaces], dtype=np.float32)
         colours = np.array([(*s[1], s[2]) for s in surfaces], dtype=np.float32)
         visible = np.any([(block_low < v) & (block_high >= v) for v in levels], axis=0)
-        both_sides = shading * [1, 1, 1, 1, 0] + [0, 0, 0, 0, 1]
         tiles(
-            trace_surfaces, (h, w), *field, frozen(visible), heads, data, *rays, levels, colours, lit, lamps, both_sides, shine,
+            trace_surfaces, (h, w), *field, frozen(visible), heads, data, *rays, levels, colours, lit, lamps, shading, shine,
             out, progress=progress,
         )  # fmt: skip
         return Image(_over(out, background))

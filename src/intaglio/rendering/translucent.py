@@ -95,6 +95,9 @@ def trace_surfaces(  # type: ignore[no-untyped-def]
                             if lit:
                                 central_differences(voxels, grid, ray, when[c], dt, 1, 1.0, shift, other, gx, gy, gz)
                                 shift[:] = 0.0
+                                # A surface is lit from the side on which it is seen.
+                                if gx[0] * ray[3] + gy[0] * ray[4] + gz[0] * ray[5] < 0.0:
+                                    gx[0], gy[0], gz[0] = -gx[0], -gy[0], -gz[0]
                                 light_packet(
                                     gx,
                                     gy,

@@ -10,5 +10,5 @@ import intaglio as ig
 def make(data: Path | None, size: int) -> ig.Drawing:
     volume, real = scan(data, "ct_head.nii.gz")
     iso = 0.2 if real else ig.body_surface(volume)[0]
-    camera = ig.surface_camera(volume, iso, "anterior", size)
+    camera = ig.surface_camera(volume, iso, "anterior-left", size)
     return ig.hatch(volume, iso=iso, camera=camera, style="pencil")

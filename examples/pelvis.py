@@ -9,6 +9,6 @@ import intaglio as ig
 
 def make(data: Path | None, size: int) -> ig.Drawing:
     volume, real = scan(data, "ct_abdomen.nii.gz")
-    iso = 200.0 if real else ig.body_surface(volume)[0]
+    iso = 130.0 if real else ig.body_surface(volume)[0]
     camera = ig.surface_camera(volume, iso, "anterior", size)
     return ig.hatch(volume, iso=iso, camera=camera, style="engraving")

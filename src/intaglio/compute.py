@@ -15,6 +15,10 @@ from typing import Any
 import numba
 import numba.core.event as numba_event
 import numpy as np
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.extending import intrinsic
 
 from intaglio.errors import InputError
 
@@ -67,6 +71,28 @@ def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
 def helper(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compile a small function that kernels call; LLVM inlines it, so that the caller's loops can vectorize."""
     return _jit(function, forceinline=True)
+
+
+# Room for a packet of 32, one value more, and a vector more.
+LANES = 48
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def _stack(typing: Any) -> Any:
+    def code(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        return cgutils.alloca_once(builder, ir.FloatType(), size=LANES)
+
+    return types.CPointer(types.float32)(), code
+
+
+@helper
+def lanes():  # type: ignore[no-untyped-def]
+    """A float32 array of LANES on the kernel's stack, not cleared.
+
+    LLVM knows that nothing else points to it. A loop that gathers from a volume and writes to such arrays becomes vector
+    code; written to arrays of numpy's, which might overlap the volume, it stays scalar and takes twice the time.
+    """
+    return numba.carray(_stack(), (LANES,))
 
 
 class _CompileListener(numba_event.Listener):  # type: ignore[misc]

@@ -69,8 +69,8 @@ STYLES: dict[str, Hatching] = {
     ),
     # Grey strokes of a hand's length that overlap, press harder in the dark and do not run quite straight.
     "pencil": Hatching(
-        layers=2, crosshatch=1, separation=0.75, thinnest=0.1, thickest=0.27, opacity=0.62, pressure=0.6, white=0.82,
-        black=0.08, contrast=1.25, longest=16.0, wobble=0.07, ragged=0.06, taper=3.0, contour=0.34, angle=40.0,
+        layers=2, crosshatch=1, separation=0.75, thinnest=0.1, thickest=0.27, opacity=0.62, pressure=0.6, white=0.75,
+        black=0.08, contrast=1.4, longest=16.0, wobble=0.07, ragged=0.06, taper=3.0, contour=0.34, angle=40.0,
         ink="#2b2b2e", paper="#fbfaf6",
     ),
 }  # fmt: skip

@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from intaglio.compute import helper, kernel
+from intaglio.compute import helper, kernel, lanes
 from intaglio.rendering.culling import TILE
 from intaglio.rendering.cutting import kept, slopes_of_cut
 from intaglio.rendering.first_hit import clip, next_block, ray_at
@@ -62,15 +62,10 @@ def integrate(  # type: ignore[no-untyped-def]
     ray = np.empty(6)
     world = np.empty(6)
     shift = np.zeros(3)
-    value = np.empty(LANES + 1, dtype=np.float32)
-    other = np.empty(LANES + 1, dtype=np.float32)
-    gx, gy, gz, share, diffuse, gloss, red, green, blue, alpha = (
-        np.empty(LANES, dtype=np.float32), np.empty(LANES, dtype=np.float32), np.empty(LANES, dtype=np.float32),
-        np.empty(LANES, dtype=np.float32), np.empty(LANES, dtype=np.float32), np.empty(LANES, dtype=np.float32),
-        np.empty(LANES, dtype=np.float32), np.empty(LANES, dtype=np.float32), np.empty(LANES, dtype=np.float32),
-        np.empty(LANES, dtype=np.float32),
-    )  # fmt: skip
-    margin = np.empty(LANES, dtype=np.float32)
+    value, other, gx, gy, gz = lanes(), lanes(), lanes(), lanes(), lanes()
+    share, diffuse, gloss = lanes(), lanes(), lanes()
+    red, green, blue, alpha = lanes(), lanes(), lanes(), lanes()
+    margin = lanes()
     # So near to a cut, in mm, a sample is lit as part of its face.
     face = np.float32(1.5 * step)
     ka, kd, ks = np.float32(material[0]), np.float32(material[1]), np.float32(material[2])

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from intaglio.camera import Camera
-from intaglio.compute import Progress, frozen, kernel, tiles
+from intaglio.compute import Progress, frozen, kernel, lanes, tiles
 from intaglio.rendering.first_hit import clip, next_block, ray_at
 from intaglio.rendering.packets import LANES, values
 from intaglio.rendering.skipping import min_max_blocks
@@ -25,7 +25,7 @@ def _project(y0, y1, x0, x1, voxels, grid, shape, low, high, index_rays, way, st
     """One tile of out (h, w), NaN where the ray misses. way: 1 largest, -1 smallest, 0 mean. step in voxels."""
     ray = np.empty(6)
     shift = np.zeros(3)
-    value = np.empty(LANES + 1, dtype=np.float32)
+    value = lanes()
     for py in range(y0, y1):
         for px in range(x0, x1):
             ray_at(index_rays, px + 0.5, py + 0.5, ray)

@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from intaglio.compute import kernel
+from intaglio.compute import kernel, lanes
 from intaglio.rendering.cutting import kept
 from intaglio.rendering.first_hit import clip, next_block, ray_at
 from intaglio.rendering.packets import LANES, central_differences, light_packet, values
@@ -27,12 +27,8 @@ def trace_surfaces(  # type: ignore[no-untyped-def]
     ray = np.empty(6)
     world = np.empty(6)
     shift = np.zeros(3)
-    value = np.empty(LANES + 1, dtype=np.float32)
-    other = np.empty(LANES + 1, dtype=np.float32)
-    gx, gy, gz = np.empty(LANES, dtype=np.float32), np.empty(LANES, dtype=np.float32), np.empty(LANES, dtype=np.float32)
-    share, diffuse, gloss = (
-        np.empty(LANES, dtype=np.float32), np.empty(LANES, dtype=np.float32), np.empty(LANES, dtype=np.float32)
-    )  # fmt: skip
+    value, other, gx, gy, gz = lanes(), lanes(), lanes(), lanes(), lanes()
+    share, diffuse, gloss = lanes(), lanes(), lanes()
     when = np.empty(MOST)
     which = np.empty(MOST, dtype=np.int64)
     for py in range(y0, y1):

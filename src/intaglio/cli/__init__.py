@@ -13,6 +13,7 @@ from intaglio.cli.console import out, say
 from intaglio.cli.demo import demo
 from intaglio.cli.hatch import hatch
 from intaglio.cli.info import info
+from intaglio.cli.render import render
 from intaglio.errors import InputError
 
 # What typer raises for wrong usage; of that family it names only BadParameter.
@@ -25,9 +26,10 @@ app = typer.Typer(
     help="From scan to plate: anatomical illustrations as vector drawings.\n\n"
     "`intaglio demo` draws the head that comes with it\n\n"
     "`intaglio info SCAN` tells what is in a scan\n\n"
+    "`intaglio render SCAN -o picture.png` shows what is inside\n\n"
     "`intaglio hatch SCAN -o plate.svg` draws it",
 )
-for command in (demo, info, hatch):
+for command in (demo, info, render, hatch):
     app.command()(command)
 
 

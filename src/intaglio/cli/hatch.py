@@ -8,14 +8,30 @@ from typing import Annotated, Any
 from typer import Option
 
 from intaglio.cli.console import out, running, say
-from intaglio.cli.options import Fill, Index, Raw, Scan, Series, Spacing, number, numbers, read, with_options
+from intaglio.cli.options import (
+    CAMERA,
+    Distance,
+    Fill,
+    Index,
+    MainLight,
+    Perspective,
+    Raw,
+    Roll,
+    Scan,
+    Series,
+    Spacing,
+    View,
+    Zoom,
+    lens,
+    number,
+    numbers,
+    read,
+    with_options,
+)
 from intaglio.errors import InputError
 from intaglio.ink.styles import STYLES, Hatching, style as named_style
 
 PAPER: Any = {"rich_help_panel": "Paper"}
-CAMERA: Any = {"rich_help_panel": "Camera and light"}
-VIEWS = "anterior, posterior, left, right, superior, inferior; joined: anterior-left; or x,y,z: right, anterior, superior."
-LIGHT = "Where the main light stands: right, up, to the viewer, such as -1,1,1."
 FINER = "more see finer detail and take longer, on paper of the same size"
 SMALL = "smaller than this part of the largest, such as dust and cables; 0 keeps all"
 RAYS = "6.4 a mm of paper"
@@ -28,7 +44,7 @@ def hatch(
     output: Annotated[
         Path, Option("--output", "-o", metavar="FILE", help="Plate to write: .svg, .pdf or .png.", readable=False)
     ] = DEFAULT,
-    view: Annotated[str, Option("--view", metavar="FROM", help=f"Where the viewer stands: {VIEWS}")] = "anterior",
+    view: View = "anterior",
     iso: Annotated[float | None, number("--iso", "Value where the surface is; without it, the body's surface")] = None,
     islands: Annotated[float | None, number("--islands", f"Leave out pieces {SMALL}", 0, 1)] = None,
     style: Annotated[str, Option("--style", metavar="NAME", help=f"One of {', '.join(STYLES)}.")] = "pencil",
@@ -39,15 +55,11 @@ def hatch(
     size: Annotated[
         int | None, number("--size", f"Rays along the longer side: {FINER}", 1, 32768, kind=int, show_default=RAYS, **CAMERA)
     ] = None,
-    light: Annotated[str | None, Option("--light", metavar="X,Y,Z", help=LIGHT, **CAMERA)] = None,
-    perspective: Annotated[
-        float | None, number("--perspective", "Opening angle; without it, parallel rays", 1, 120, unit="DEGREES", **CAMERA)
-    ] = None,
-    distance: Annotated[
-        float | None, number("--distance", "Of the eye from the centre, in place of the angle", 0, unit="MM", **CAMERA)
-    ] = None,
-    zoom: Annotated[float, number("--zoom", "Enlarge the middle of the picture", 0.01, 1000, **CAMERA)] = 1,
-    roll: Annotated[float, number("--roll", "Turn the picture clockwise", unit="DEGREES", **CAMERA)] = 0,
+    light: MainLight = None,
+    perspective: Perspective = None,
+    distance: Distance = None,
+    zoom: Zoom = 1,
+    roll: Roll = 0,
     raw: Raw = None,
     spacing: Spacing = None,
     fill: Fill = None,
@@ -84,16 +96,14 @@ def hatch(
     if light is not None:
         lights = (Light(direction=numbers(light, "--light"), intensity=PLATE_LIGHTS[0].intensity), PLATE_LIGHTS[1])
     pieces = ISLANDS if islands is None else islands
-    lens: dict[str, Any] = {"zoom": zoom, "roll": roll, "islands": pieces}
-    if perspective is not None or distance is not None:
-        lens |= {"projection": "perspective", "fov": perspective or 25.0, "distance": distance}
+    looking = lens(perspective, distance, zoom, roll)
     with running() as steps:
         volume = read(steps, scan, raw, spacing, fill, series, index)
         with steps.step("surface") as progress:
             if iso is None:
                 iso, what = body_surface(volume)
                 say(f"note: no --iso given; drawing {iso:g}, {what}")
-            camera = surface_camera(volume, iso, view, size, width_mm=width, **lens)
+            camera = surface_camera(volume, iso, view, size, width_mm=width, islands=pieces, **looking)
             gb = isosurface(volume, iso, camera, lights=lights, material=PLATE_MATERIAL, islands=pieces, progress=progress)
         with steps.step("strokes") as progress:
             title = f"{volume.name}, iso {iso:g}, {view}"

@@ -67,6 +67,29 @@ Fill = Annotated[float | None, number("--fill", "Value in place of voxels that a
 Series = Annotated[str | None, Option("--series", metavar="NUMBER|UID", help="Which DICOM series of a folder.", **READING)]
 Index = Annotated[int | None, number("--index", "Which volume of a 4-D file", 0, kind=int, **READING)]
 
+CAMERA: Any = {"rich_help_panel": "Camera and light"}
+VIEWS = "anterior, posterior, left, right, superior, inferior; joined: anterior-left; or x,y,z: right, anterior, superior."
+LIGHT = "Where the main light stands: right, up, to the viewer, such as -1,1,1."
+
+View = Annotated[str, Option("--view", metavar="FROM", help=f"Where the viewer stands: {VIEWS}")]
+MainLight = Annotated[str | None, Option("--light", metavar="X,Y,Z", help=LIGHT, **CAMERA)]
+Perspective = Annotated[
+    float | None, number("--perspective", "Opening angle; without it, parallel rays", 1, 120, unit="DEGREES", **CAMERA)
+]
+Distance = Annotated[
+    float | None, number("--distance", "Of the eye from the centre, in place of the angle", 0, unit="MM", **CAMERA)
+]
+Zoom = Annotated[float, number("--zoom", "Enlarge the middle of the picture", 0.01, 1000, **CAMERA)]
+Roll = Annotated[float, number("--roll", "Turn the picture clockwise", unit="DEGREES", **CAMERA)]
+
+
+def lens(perspective: float | None, distance: float | None, zoom: float, roll: float) -> dict[str, Any]:
+    """What `Camera.looking` takes."""
+    options: dict[str, Any] = {"zoom": zoom, "roll": roll}
+    if perspective is not None or distance is not None:
+        options |= {"projection": "perspective", "fov": perspective or 25.0, "distance": distance}
+    return options
+
 
 def _layout(text: str, step: tuple[float, float, float] | None) -> tuple[tuple[int, int, int], str, tuple[float, float, float]]:
     shape, _, kind = text.partition(",")

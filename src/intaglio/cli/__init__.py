@@ -29,7 +29,7 @@ app = typer.Typer(
     "`intaglio render SCAN -o picture.png` shows what is inside\n\n"
     "`intaglio hatch SCAN -o plate.svg` draws it",
 )
-for command in (demo, info, render, hatch):
+for command in (demo, info, hatch, render):
     app.command()(command)
 
 

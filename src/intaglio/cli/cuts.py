@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
+
+from typer import Option
 
 from intaglio.camera import VIEWS, view_direction
 from intaglio.errors import InputError
 
 CUT = "Remove a side, counted from the middle: plane:anterior, plane:left,20, plane:1,0,1; or what a mask FILE covers."
+Cut = Annotated[list[str] | None, Option("--cut", metavar="TOOL", help=CUT, show_default=False)]
 FORMS = "plane:SIDE, plane:SIDE,MM, plane:X,Y,Z, plane:X,Y,Z,MM, or a mask or distance volume"
 
 

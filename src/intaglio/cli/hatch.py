@@ -8,6 +8,7 @@ from typing import Annotated, Any
 from typer import Option
 
 from intaglio.cli.console import out, running, say
+from intaglio.cli.cuts import Cut, check_cuts, selections_of
 from intaglio.cli.options import (
     CAMERA,
     Distance,
@@ -48,6 +49,7 @@ def hatch(
     iso: Annotated[float | None, number("--iso", "Value where the surface is; without it, the body's surface")] = None,
     islands: Annotated[float | None, number("--islands", f"Leave out pieces {SMALL}", 0, 1)] = None,
     style: Annotated[str, Option("--style", metavar="NAME", help=f"One of {', '.join(STYLES)}.")] = "pencil",
+    cut: Cut = None,
     seed: Annotated[int, number("--seed", "Of the hand's randomness: equal seed, equal plate", 0, kind=int)] = 0,
     width: Annotated[float, number("--width", "Width of the paper: wider holds more strokes", 5, 5000, unit="MM", **PAPER)] = 160,
     dpi: Annotated[float, number("--dpi", "Resolution of a PNG", 10, 2400, **PAPER)] = 300,
@@ -73,6 +75,8 @@ def hatch(
 
     `intaglio hatch head.nii.gz --iso 300 --view anterior-left -o skull.pdf`
 
+    `intaglio hatch head.nii.gz --cut plane:superior,20 --view superior-left`
+
     `intaglio hatch engine.raw --raw 256x256x128,uint8 --view 1,1,1 -o engine.png`
 
     `intaglio info SCAN` tells which values --iso can take.
@@ -96,6 +100,7 @@ def hatch(
     if light is not None:
         lights = (Light(direction=numbers(light, "--light"), intensity=PLATE_LIGHTS[0].intensity), PLATE_LIGHTS[1])
     pieces = ISLANDS if islands is None else islands
+    check_cuts(cut)
     looking = lens(perspective, distance, zoom, roll)
     with running() as steps:
         volume = read(steps, scan, raw, spacing, fill, series, index)
@@ -104,7 +109,10 @@ def hatch(
                 iso, what = body_surface(volume)
                 say(f"note: no --iso given; drawing {iso:g}, {what}")
             camera = surface_camera(volume, iso, view, size, width_mm=width, islands=pieces, **looking)
-            gb = isosurface(volume, iso, camera, lights=lights, material=PLATE_MATERIAL, islands=pieces, progress=progress)
+            tools = selections_of(cut, volume)
+            gb = isosurface(
+                volume, iso, camera, lights=lights, material=PLATE_MATERIAL, islands=pieces, selections=tools, progress=progress
+            )
         with steps.step("strokes") as progress:
             title = f"{volume.name}, iso {iso:g}, {view}"
             plate = draw(gb, hatching, width_mm=width, seed=seed, title=title, progress=progress)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from typer import BadParameter, Option
 
 from intaglio.cli.console import out, running, say
+from intaglio.cli.cuts import Cut, check_cuts, selections_of
 from intaglio.cli.options import (
     Distance,
     Fill,
@@ -60,6 +61,7 @@ def render(
     step: Annotated[
         float, number("--step", "Distance of samples in voxels: smaller is finer and slower", 0.01, 16, **TRANSFER)
     ] = 0.5,
+    cut: Cut = None,
     unlit: Annotated[bool, Option("--unlit", help="Colours as they are, without light.", **TRANSFER)] = False,
     background: Annotated[
         str, Option("--background", metavar="#RRGGBB", help="Behind the scan; or transparent.", **PICTURE)
@@ -121,6 +123,9 @@ def render(
     if light is not None:
         lights = (Light(direction=numbers(light, "--light"), intensity=PLATE_LIGHTS[0].intensity), PLATE_LIGHTS[1])
     looking = lens(perspective, distance, zoom, roll)
+    check_cuts(cut)
+    if cut and how in ("mip", "minip", "average"):
+        raise BadParameter(f"cannot open a projection; leave out --mode {how}", param_hint="'--cut'")
     function = TransferFunction.read(tf) if tf is not None else None
     with running() as steps:
         volume = read(steps, scan, raw, spacing, fill, series, index)
@@ -136,7 +141,7 @@ def render(
         with steps.step("rendering") as progress:
             image = picture_of(
                 volume, function, camera, mode=how, classify=when, surfaces=surfaces, step=step, lit=not unlit, lights=lights,
-                background=paper, progress=progress,
+                selections=selections_of(cut, volume), background=paper, progress=progress,
             )  # fmt: skip
         with steps.step("writing"):
             image.save(output, bits=bits)

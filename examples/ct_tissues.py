@@ -2,8 +2,9 @@
 
 from pathlib import Path
 
-import intaglio as ig
 from _scans import scan
+
+import intaglio as ig
 
 # Values of the scan: air 0, skin from 0.15, soft tissue 0.2 to 0.3, bone from 0.4. Opacity of a millimetre.
 TISSUES = ig.TransferFunction.from_points(

@@ -26,7 +26,8 @@ MATERIAL = ig.Material(ambient=0.3, diffuse=0.9, specular=0.3, shininess=30.0)
 def make(data: Path | None, size: int) -> ig.Image:
     volume, real = scan(data, "tooth.nhdr")
     low, high = volume.range
-    tissues = TOOTH.mapped((0.0, 1.0), (low, high))
+    onset = low + 0.43 * (high - low) if real else ig.body_surface(volume)[0]
+    tissues = TOOTH.mapped((0.0, 0.43, 1.0), (low, onset, high))
     camera = ig.Camera.looking((0.6, 1.0, 0.25) if real else (-0.75, 0.6, 0.35), volume, 2 * size // 3 * 2, zoom=1.15)
     # What changes by a tenth of the range within a voxel is a surface.
     steep = 0.1 * (high - low) / float(volume.spacing.min())

@@ -33,13 +33,16 @@ def data_folder() -> Path | None:
 
 
 def reading_size(plate: ig.Drawing | ig.Image, limit: int = 300_000) -> bytes:
-    """A PNG of reading size, in as many greys as stay below the limit of bytes."""
+    """A PNG of reading size, in as many greys or colours as stay below the limit of bytes."""
     image = plate.image(25.4 * 2 * WIDTH / plate.width_mm) if isinstance(plate, ig.Drawing) else plate
-    picture = Picture.fromarray((np.clip(image.array[..., :3], 0, 1) * 255 + 0.5).astype(np.uint8))
+    picture = Picture.fromarray(image.bytes8[..., :3])
     picture = picture.resize((WIDTH, round(WIDTH * picture.height / picture.width)), Picture.Resampling.LANCZOS)
-    for colours in (256, 64, 32, 16, 8):
+    pixels = np.asarray(picture).astype(int)
+    if isinstance(plate, ig.Drawing) or np.ptp(pixels, axis=2).max() < 12:
+        picture = picture.convert("L")
+    for colours in (256, 128, 64, 32, 16, 8):
         out = io.BytesIO()
-        picture.convert("L").quantize(colours, dither=Picture.Dither.NONE).save(out, "PNG", optimize=True)
+        picture.quantize(colours, dither=Picture.Dither.NONE).save(out, "PNG", optimize=True)
         if out.tell() < limit:
             break
     return out.getvalue()

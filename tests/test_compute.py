@@ -152,7 +152,7 @@ def test_compilation_is_announced_once_and_cached_until_the_source_changes(packa
     assert run_kernels(package, cache) == (4, 6, 1)
     assert run_kernels(package, cache) == (4, 6, 0)
     part = package / "intaglio" / "part.py"
-    part.write_text(part.read_text().replace("x + 1", "x + 10"))
+    part.write_text(part.read_text(encoding="utf-8").replace("x + 1", "x + 10"))
     assert run_kernels(package, cache) == (22, 33, 1)
 
 

@@ -19,7 +19,7 @@ from intaglio.lighting import packed_lights
 from intaglio.rendering.isosurface import isosurface
 
 ROOT = Path(__file__).parent.parent
-PAGE = (ROOT / "docs" / "conventions.md").read_text()
+PAGE = (ROOT / "docs" / "conventions.md").read_text(encoding="utf-8")
 BOX = Volume.from_array(np.zeros((11, 21, 31)), spacing=(2.0, 1.0, 3.0), origin=(-10.0, 40.0, 7.0))
 CENTRE = BOX.corners.mean(axis=0)
 RIGHT, ANTERIOR, SUPERIOR = np.eye(3)
@@ -341,7 +341,7 @@ def test_dtypes():
 def test_chance_comes_from_a_seed():
     loose = []
     for path in sorted((ROOT / "src").rglob("*.py")):
-        for node in ast.walk(ast.parse(path.read_text())):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             source = ast.unparse(node) if isinstance(node, ast.Attribute | ast.Call | ast.Import | ast.ImportFrom) else ""
             legacy = re.fullmatch(r"(np|numpy)\.random\.(?!default_rng|Generator|SeedSequence|PCG64|Philox)\w+", source)
             unseeded = re.fullmatch(r"(np|numpy)\.random\.default_rng\((None)?\)", source)

@@ -39,5 +39,5 @@ def test_face_is_anterior_and_vertex_superior() -> None:
 
 def test_source_and_licence_come_along() -> None:
     folder = files("intaglio").joinpath("data")
-    assert "Redistribution and use" in folder.joinpath("LICENSE-head.txt").read_text()
-    assert "libvolpack1-dev" in folder.joinpath("README.md").read_text()
+    assert "Redistribution and use" in folder.joinpath("LICENSE-head.txt").read_text(encoding="utf-8")
+    assert "libvolpack1-dev" in folder.joinpath("README.md").read_text(encoding="utf-8")

@@ -21,7 +21,18 @@ PACKAGE = ROOT / "src" / "intaglio"
 SOURCES = {".".join(p.relative_to(PACKAGE).with_suffix("").parts).removesuffix(".__init__"): p for p in PACKAGE.rglob("*.py")}
 MODULES = {name: path for name, path in SOURCES.items() if name != "__init__"}
 
-NOUNS = ("volume", "mesh", "selection", "camera", "piecewise", "transfer_presets", "transfer_function", "lighting", "gbuffer", "drawing")
+NOUNS = (
+    "volume",
+    "mesh",
+    "selection",
+    "camera",
+    "piecewise",
+    "transfer_presets",
+    "transfer_function",
+    "lighting",
+    "gbuffer",
+    "drawing",
+)
 SIBLINGS = ("io", "rendering", "ink", "solid")
 PIPELINES = 4
 LAYER = {
@@ -91,7 +102,11 @@ def dependencies() -> dict[str, set[str]]:
     """Module to the modules it imports, doors left out."""
     graph: dict[str, set[str]] = {}
     for name, path in MODULES.items():
-        found = (imported_modules(node) for scope, node in imports(ast.parse(path.read_text())) if (name, scope) not in DOORS)
+        found = (
+            imported_modules(node)
+            for scope, node in imports(ast.parse(path.read_text(encoding="utf-8")))
+            if (name, scope) not in DOORS
+        )
         graph[name] = set().union(*found)
     return graph
 
@@ -128,7 +143,7 @@ def test_doors_are_in_use():
     used = {
         (name, scope)
         for name in {name for name, _ in DOORS}
-        for scope, node in imports(ast.parse(MODULES[name].read_text()))
+        for scope, node in imports(ast.parse(MODULES[name].read_text(encoding="utf-8")))
         if not all(allowed(name, other) for other in imported_modules(node))
     }
     assert used == DOORS
@@ -138,7 +153,7 @@ def test_only_compute_knows_numba_and_pools():
     users = {
         name
         for name, path in MODULES.items()
-        for _, node in imports(ast.parse(path.read_text()))
+        for _, node in imports(ast.parse(path.read_text(encoding="utf-8")))
         for loaded in ([alias.name for alias in node.names] if isinstance(node, ast.Import) else [node.module or ""])
         if loaded.split(".")[0] in ("numba", "concurrent", "multiprocessing")
     }
@@ -173,7 +188,7 @@ def test_public_names_resolve(name):
 
 
 def test_public_names_are_known_to_type_checkers():
-    tree = ast.parse((PACKAGE / "__init__.py").read_text())
+    tree = ast.parse((PACKAGE / "__init__.py").read_text(encoding="utf-8"))
     block = next(node for node in tree.body if isinstance(node, ast.If))
     typed = {alias.asname: node.module for node in block.body if isinstance(node, ast.ImportFrom) for alias in node.names}
     assert typed == {name: f"intaglio.{module}" for name, module in intaglio._PUBLIC.items()}

@@ -266,7 +266,7 @@ def test_interrupted_save_leaves_what_was_there(error, seen, message, tmp_path, 
     monkeypatch.setattr(plates.os, "replace", fail)
     with pytest.raises(seen, match=message):
         Drawing((), 1, 1).save(target)
-    assert target.read_text() == "before"
+    assert target.read_text(encoding="utf-8") == "before"
     assert [f.name for f in tmp_path.iterdir()] == ["a.svg"]
 
 

@@ -136,7 +136,7 @@ def test_broken_obj(tmp_path: Path, text: str, message: str) -> None:
 @pytest.mark.parametrize("uri", ["../../../../etc/passwd", "/etc/passwd", "http://localhost:1/x.bin", "gone.bin"])
 def test_gltf_names_files_of_its_folder_only(tmp_path: Path, uri: str) -> None:
     path = write(tmp_path, "gltf")
-    tree = json.loads(path.read_text())
+    tree = json.loads(path.read_text(encoding="utf-8"))
     tree["buffers"][0]["uri"] = uri
     path.write_text(json.dumps(tree))
     assert uri in error_of(path)

@@ -104,7 +104,7 @@ def test_presets_come_back_equal(tmp_path, name, extension):
 def test_slicer_finds_every_key_of_its_schema(tmp_path):
     tf = TransferFunction.from_points([(-5, "#ff0000", 0.0), (0, "#ff0000", 0.0), (0, "#0000ff", 0.5)], reference_length=2.0)
     tf.write(tmp_path / "a.vp.json")
-    document = json.loads((tmp_path / "a.vp.json").read_text())
+    document = json.loads((tmp_path / "a.vp.json").read_text(encoding="utf-8"))
     assert document["@schema"].endswith("/volume-property-schema-v1.0.0.json#")
     (volume_property,) = document["volumeProperties"]
     assert volume_property["effectiveRange"] == [-5.0, 0.0]
@@ -123,7 +123,7 @@ def test_slicer_finds_every_key_of_its_schema(tmp_path):
 
 def test_paraview_finds_a_list_of_presets(tmp_path):
     TransferFunction.from_points([(0, "#ff0000", 0.0), (4, "#0000ff", 0.5)], name="plate").write(tmp_path / "a.json")
-    (document,) = json.loads((tmp_path / "a.json").read_text())
+    (document,) = json.loads((tmp_path / "a.json").read_text(encoding="utf-8"))
     assert document["Name"] == "plate"
     assert document["ColorSpace"] == "RGB"
     assert document["RGBPoints"] == [0, 1, 0, 0, 4, 0, 0, 1]
@@ -213,7 +213,7 @@ def test_vtk_shows_what_we_wrote(tmp_path):
         [(0, "#ff0000", 0.1), (100, "#00ff00", 0.5), (300, "#0000ff", 0.9)], interpolation="constant"
     )
     tf.write(tmp_path / "a.json")
-    (document,) = json.loads((tmp_path / "a.json").read_text())
+    (document,) = json.loads((tmp_path / "a.json").read_text(encoding="utf-8"))
     opacity, colour = vtk.vtkPiecewiseFunction(), vtk.vtkColorTransferFunction()
     for node in np.reshape(document["Points"], (-1, 4)):
         opacity.AddPoint(*node)

@@ -69,7 +69,7 @@ def readable(count: float) -> str:
 
 def _free_memory() -> float:
     try:
-        for line in Path("/proc/meminfo").read_text().splitlines():
+        for line in Path("/proc/meminfo").read_text(encoding="utf-8").splitlines():
             if line.startswith("MemAvailable:"):
                 return int(line.split()[1]) * 1024.0
     except OSError:

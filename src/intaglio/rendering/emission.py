@@ -97,10 +97,11 @@ def integrate(  # type: ignore[no-untyped-def]
             stop = tile_far[py // TILE, px // TILE]
             while k < total and t < stop:
                 bz, by, bx, until = next_block(ray, shape, t, nudge)
-                end = min(int(math.ceil((until - near) / dt - 0.5)), total) if until < far else total
+                # A sample belongs to the block of its middle, a pre-integrated segment to every block that it touches.
+                end = min(int(math.ceil((until - near) / dt - (0.0 if classify == 2 else 0.5))), total) if until < far else total
                 t = until
                 if not visible[bz, by, bx]:
-                    k = max(k, end)
+                    k = max(k, int((until - near) / dt) if classify == 2 and until < far else end)
                     continue
                 while k < end and a < one - np.float32(OPAQUE):
                     count = min(end - k, LANES)

@@ -17,18 +17,28 @@ DATA = Path(__file__).parents[2] / "shared" / "data" / "volumes"
 SIZE = 512
 # Value as a part of the range, colour, opacity per voxel.
 FUNCTIONS = {
-    "surface": [(0.0, (0.9, 0.7, 0.5), 0.0), (0.18, (0.9, 0.7, 0.5), 0.0), (0.28, (0.9, 0.7, 0.5), 0.7), (1.0, (1.0, 1.0, 0.95), 0.95)],
-    "fog": [(0.0, (0.5, 0.6, 1.0), 0.0), (0.02, (0.5, 0.6, 1.0), 0.0), (0.3, (0.9, 0.7, 0.5), 0.012), (1.0, (1.0, 1.0, 0.95), 0.04)],
+    "surface": [
+        (0.0, (0.9, 0.7, 0.5), 0.0),
+        (0.18, (0.9, 0.7, 0.5), 0.0),
+        (0.28, (0.9, 0.7, 0.5), 0.7),
+        (1.0, (1.0, 1.0, 0.95), 0.95),
+    ],
+    "fog": [
+        (0.0, (0.5, 0.6, 1.0), 0.0),
+        (0.02, (0.5, 0.6, 1.0), 0.0),
+        (0.3, (0.9, 0.7, 0.5), 0.012),
+        (1.0, (1.0, 1.0, 0.95), 0.04),
+    ],
 }
 
 
 def blobs() -> ig.Volume:
-    """256 cubed float32, something everywhere."""
+    """256 cubed float32: a lumpy ball in empty space."""
     n = 256
     axis = np.linspace(-1, 1, n, dtype=np.float32)
     z, y, x = axis[:, None, None], axis[None, :, None], axis[None, None, :]
-    wave = np.sin(9 * x + 2 * y) * np.sin(8 * y - 3 * z) * np.sin(7 * z + x)
-    return ig.Volume.from_array((0.5 + 0.5 * wave * np.exp(-(x * x + y * y + z * z))).astype(np.float32))
+    wave = np.sin(19 * x + 2 * y) * np.sin(18 * y - 3 * z) * np.sin(17 * z + x)
+    return ig.Volume.from_array(np.clip(1.1 - 1.2 * np.sqrt(x * x + y * y + z * z) + 0.12 * wave, 0, 1).astype(np.float32))
 
 
 @pytest.fixture(scope="module", params=["ct_head", "engine", "bonsai", "float256"])

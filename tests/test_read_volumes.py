@@ -396,6 +396,7 @@ def test_no_second_copy(tmp_path: Path) -> None:
         sitk.WriteImage(sitk.GetImageFromArray(a), str(tmp_path / f"v{suffix}"), suffix == ".nii.gz", 1)
     code = """
 import gc, sys
+import SimpleITK  # loaded when it is wanted, and not to be counted
 from intaglio.io.volumes import read_volume
 def memory(key):
     return next(int(line.split()[1]) * 1024 for line in open("/proc/self/status") if line.startswith(key))

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from intaglio.errors import InputError
-from intaglio.io import itk
+from intaglio.io import geometry, itk
 from intaglio.io.dicom_slices import GDCM, Slice, read_header, sort_slices
-from intaglio.io.itk import Matrix
+from intaglio.io.geometry import Matrix
 from intaglio.io.limits import check_memory, check_shape
 
 if TYPE_CHECKING:
@@ -77,7 +77,7 @@ def _read_frames(s: Slice, notes: list[str]) -> tuple[NDArray[Any], Matrix, list
     check_shape(s.path.name, s.size)
     check_memory(s.path.name, math.prod(s.size) * s.dtype.itemsize)
     notes.append("multi-frame file: frames taken to be evenly spaced and in order")
-    matrix = itk.world_from_index(reader.GetSpacing(), reader.GetOrigin(), reader.GetDirection())
+    matrix = geometry.world_from_index(reader.GetSpacing(), reader.GetOrigin(), reader.GetDirection())
     return itk.read(reader, s.path.name, "DICOM"), matrix, notes
 
 

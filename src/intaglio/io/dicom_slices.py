@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from intaglio.errors import InputError
-from intaglio.io import itk
-from intaglio.io.itk import Matrix
+from intaglio.io import geometry, itk
+from intaglio.io.geometry import Matrix
 from intaglio.io.limits import check_spacing
 
 if TYPE_CHECKING:
@@ -169,4 +169,4 @@ def sort_slices(name: str, slices: list[Slice]) -> tuple[list[Slice], Matrix, li
         notes.append(f"gantry tilt of {tilt:.1f} degrees kept: slices are sheared, not resampled")
     matrix = np.eye(4)
     matrix[:3, :4] = np.stack([axes[0] * spacing[1], axes[1] * spacing[0], step, positions[0]], axis=1)
-    return slices, itk.ras_from_lps(matrix), notes
+    return slices, geometry.ras_from_lps(matrix), notes

@@ -1,8 +1,8 @@
-"""SimpleITK at the door: LPS geometry to RAS+, voxels without a copy, errors in one line."""
+"""SimpleITK at the door: voxels without a copy, errors in one line."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -12,10 +12,6 @@ import SimpleITK as sitk
 from numpy.typing import NDArray
 
 from intaglio.errors import InputError
-
-Matrix = NDArray[np.float64]
-
-NO_ORIENTATION = "no orientation stored: x taken to run to the patient's left, y posterior, z superior"
 
 
 class _Voxels:
@@ -31,24 +27,6 @@ class _Voxels:
 def voxels(image: sitk.Image) -> NDArray[Any]:
     """The image's own buffer as an array (z, y, x); nobody else may hold the image."""
     return np.asarray(_Voxels(image))
-
-
-def ras_from_lps(matrix: Matrix) -> Matrix:
-    """A 4x4 transform to LPS mm, turned into one to RAS+ mm."""
-    return np.diag([-1.0, -1.0, 1.0, 1.0]) @ matrix
-
-
-def world_from_index(
-    spacing: Sequence[float],
-    origin: Sequence[float] = (0.0, 0.0, 0.0),
-    direction: Sequence[float] = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0),
-) -> Matrix:
-    """RAS+ transform from spacing, origin and direction cosines (row-major) in LPS; axes beyond three are left out."""
-    size = round(len(direction) ** 0.5)
-    matrix = np.eye(4)
-    matrix[:3, :3] = np.reshape(direction, (size, size))[:3, :3] * np.asarray(spacing[:3])
-    matrix[:3, 3] = origin[:3]
-    return ras_from_lps(matrix)
 
 
 @contextmanager

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from intaglio.errors import InputError
-from intaglio.io.itk import NO_ORIENTATION, Matrix, ras_from_lps
+from intaglio.io.geometry import NO_ORIENTATION, Matrix, ras_from_lps
 from intaglio.io.limits import check_index, check_memory, check_payload, check_shape, check_spacing
 from intaglio.io.payload import is_gzip, opened, read_slices, skip
 

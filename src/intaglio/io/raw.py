@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from intaglio.errors import InputError
-from intaglio.io.itk import NO_ORIENTATION, Matrix, world_from_index
+from intaglio.io.geometry import NO_ORIENTATION, Matrix, world_from_index
 from intaglio.io.limits import check_memory, check_payload, check_shape, check_spacing
 from intaglio.io.payload import is_gzip, opened, read_slices
 

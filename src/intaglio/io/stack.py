@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from intaglio.errors import InputError
-from intaglio.io import itk
-from intaglio.io.itk import NO_ORIENTATION, Matrix
+from intaglio.io import geometry, itk
+from intaglio.io.geometry import NO_ORIENTATION, Matrix
 from intaglio.io.limits import check_index, check_memory, check_shape
 from intaglio.io.tiff import check_tiff
 
@@ -71,7 +71,7 @@ def read_stack(folder: Path, *, progress: Progress | None = None) -> tuple[NDArr
         array[k] = itk.read(reader, file.name, "an image").reshape(array.shape[1:])
         if progress:
             progress(k + 1, len(files))
-    return array, itk.world_from_index((1.0, 1.0, 1.0)), list(_NOTES)
+    return array, geometry.world_from_index((1.0, 1.0, 1.0)), list(_NOTES)
 
 
 def read_pages(path: Path, *, index: int | None = None) -> tuple[NDArray[Any], Matrix, list[str]]:
@@ -83,4 +83,4 @@ def read_pages(path: Path, *, index: int | None = None) -> tuple[NDArray[Any], M
     check_shape(path.name, reader.GetSize())
     check_index(path.name, 1, index)
     check_memory(path.name, math.prod(reader.GetSize()) * dtype.itemsize)
-    return itk.read(reader, path.name, "TIFF"), itk.world_from_index((1.0, 1.0, 1.0)), list(_NOTES)
+    return itk.read(reader, path.name, "TIFF"), geometry.world_from_index((1.0, 1.0, 1.0)), list(_NOTES)

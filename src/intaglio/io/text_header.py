@@ -10,8 +10,8 @@ from typing import Any
 from numpy.typing import NDArray
 
 from intaglio.errors import InputError
-from intaglio.io import itk
-from intaglio.io.itk import NO_ORIENTATION, Matrix
+from intaglio.io import geometry, itk
+from intaglio.io.geometry import NO_ORIENTATION, Matrix
 from intaglio.io.limits import check_index, check_memory, check_payload, check_shape, check_spacing
 from intaglio.io.payload import check_zlib
 
@@ -143,5 +143,5 @@ def read_with_text_header(path: Path, *, index: int | None = None) -> tuple[NDAr
         reader.SetExtractSize([*size[:3], 0] + [0] * extra)
         reader.SetExtractIndex([0, 0, 0, index or 0] + [0] * extra)
     check_spacing(name, reader.GetSpacing()[:3])
-    matrix = itk.world_from_index(reader.GetSpacing(), reader.GetOrigin(), reader.GetDirection())
+    matrix = geometry.world_from_index(reader.GetSpacing(), reader.GetOrigin(), reader.GetDirection())
     return itk.read(reader, name, what), matrix, _notes(fields)

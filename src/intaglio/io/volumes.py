@@ -11,13 +11,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from intaglio.errors import InputError
-from intaglio.io.dicom import read_dicom
-from intaglio.io.itk import Matrix
+from intaglio.io.geometry import Matrix
 from intaglio.io.limits import check_index
 from intaglio.io.nifti import read_nifti
 from intaglio.io.raw import Raw, read_raw
-from intaglio.io.stack import SUFFIXES, read_pages, read_stack, slices_in
-from intaglio.io.text_header import read_with_text_header
 from intaglio.volume import Volume
 
 if TYPE_CHECKING:
@@ -34,18 +31,22 @@ def _read(
     index: int | None,
     progress: Progress | None,
 ) -> tuple[NDArray[Any], Matrix, list[str]]:
-    """One reader for each kind of file."""
+    """One reader for each kind of file; those that need SimpleITK, with its 65 MB, are loaded when they are wanted."""
     kind = path.name.lower()
     if raw is not None:
         check_index(path.name, 1, index)
         return read_raw(path, raw, progress=progress)
+    if path.is_file() and path.stat().st_size == 0:
+        raise InputError(f"{path.name}: is empty; get the file again")
+    if kind.endswith((".nii", ".nii.gz")) and not path.is_dir():
+        return read_nifti(path, index=index, spacing=spacing, progress=progress)
+    from intaglio.io.dicom import read_dicom
+    from intaglio.io.stack import SUFFIXES, read_pages, read_stack, slices_in
+    from intaglio.io.text_header import read_with_text_header
+
     if path.is_dir():
         check_index(path.name, 1, index)
         return read_stack(path, progress=progress) if slices_in(path) else read_dicom(path, series=series, progress=progress)
-    if path.stat().st_size == 0:
-        raise InputError(f"{path.name}: is empty; get the file again")
-    if kind.endswith((".nii", ".nii.gz")):
-        return read_nifti(path, index=index, spacing=spacing, progress=progress)
     if kind.endswith((".nrrd", ".nhdr", ".mha", ".mhd")):
         return read_with_text_header(path, index=index)
     if kind.endswith(SUFFIXES):

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from intaglio.plate import draw as draw, hatch as hatch, surface_camera as surface_camera
     from intaglio.rendering.isosurface import isosurface as isosurface
     from intaglio.rendering.isovalue import body_surface as body_surface
+    from intaglio.rendering.progressive import refinements as refinements
     from intaglio.rendering.raycast import render as render
     from intaglio.rendering.shade import shade as shade
     from intaglio.selection import Selection as Selection
@@ -46,6 +47,7 @@ _PUBLIC = {
     "isosurface": "rendering.isosurface",
     "read_mesh": "io.meshes",
     "read_volume": "io.volumes",
+    "refinements": "rendering.progressive",
     "render": "rendering.raycast",
     "shade": "rendering.shade",
     "styles": "ink.styles",

@@ -23,9 +23,9 @@ from intaglio.cli.options import (
     Spacing,
     View,
     Zoom,
+    lamps,
     lens,
     number,
-    numbers,
     read,
     with_options,
 )
@@ -86,8 +86,7 @@ def hatch(
     """  # fmt: skip
     from intaglio.camera import view_direction
     from intaglio.io.plates import check_output
-    from intaglio.lighting import Light
-    from intaglio.plate import ISLANDS, PLATE_LIGHTS, PLATE_MATERIAL, draw, surface_camera
+    from intaglio.plate import ISLANDS, PLATE_MATERIAL, draw, surface_camera
     from intaglio.rendering.isosurface import isosurface
     from intaglio.rendering.isovalue import body_surface
 
@@ -96,9 +95,7 @@ def hatch(
         raise InputError(f"--plotter needs an .svg output, not {output.name!r}")
     hatching = named_style(style, **{k: v for k, v in parameters.items() if v is not None})
     view_direction(view)
-    lights = PLATE_LIGHTS
-    if light is not None:
-        lights = (Light(direction=numbers(light, "--light"), intensity=PLATE_LIGHTS[0].intensity), PLATE_LIGHTS[1])
+    lights = lamps(light)
     pieces = ISLANDS if islands is None else islands
     check_cuts(cut)
     looking = lens(perspective, distance, zoom, roll)

@@ -83,6 +83,16 @@ Zoom = Annotated[float, number("--zoom", "Enlarge the middle of the picture", 0.
 Roll = Annotated[float, number("--roll", "Turn the picture clockwise", unit="DEGREES", **CAMERA)]
 
 
+def lamps(light: str | None) -> Any:
+    """A plate's lights, with the main one where --light puts it."""
+    from intaglio.lighting import Light
+    from intaglio.plate import PLATE_LIGHTS
+
+    if light is None:
+        return PLATE_LIGHTS
+    return (Light(direction=numbers(light, "--light"), intensity=PLATE_LIGHTS[0].intensity), *PLATE_LIGHTS[1:])
+
+
 def lens(perspective: float | None, distance: float | None, zoom: float, roll: float) -> dict[str, Any]:
     """What `Camera.looking` takes."""
     options: dict[str, Any] = {"zoom": zoom, "roll": roll}

@@ -23,9 +23,9 @@ from intaglio.cli.options import (
     Spacing,
     View,
     Zoom,
+    lamps,
     lens,
     number,
-    numbers,
     read,
 )
 from intaglio.errors import InputError
@@ -93,8 +93,6 @@ def render(
     """  # fmt: skip
     from intaglio.camera import Camera, view_direction
     from intaglio.io.plates import check_output
-    from intaglio.lighting import Light
-    from intaglio.plate import PLATE_LIGHTS
     from intaglio.rendering.raycast import CLASSIFY as WHEN, MODES as HOW, render as picture_of
     from intaglio.transfer_function import TransferFunction
 
@@ -119,9 +117,7 @@ def render(
     paper = _background(background)
     pixels = _size(size)
     view_direction(view)
-    lights = PLATE_LIGHTS
-    if light is not None:
-        lights = (Light(direction=numbers(light, "--light"), intensity=PLATE_LIGHTS[0].intensity), PLATE_LIGHTS[1])
+    lights = lamps(light)
     looking = lens(perspective, distance, zoom, roll)
     check_cuts(cut)
     if cut and how in ("mip", "minip", "average"):

@@ -12,7 +12,7 @@ import numpy as np
 from intaglio.compute import helper, kernel, lanes
 from intaglio.rendering.culling import TILE
 from intaglio.rendering.cutting import kept, slopes_of_cut
-from intaglio.rendering.first_hit import clip, next_block, ray_at
+from intaglio.rendering.first_hit import next_block, ray_at, span
 from intaglio.rendering.packets import LANES, central_differences, light_packet, values, values_and_slopes
 
 # Entries along each side of a pre-integrated table.
@@ -78,9 +78,7 @@ def integrate(  # type: ignore[no-untyped-def]
     for py in range(y0, y1):
         for px in range(x0, x1):
             ray_at(index_rays, px + 0.5, py + 0.5, ray)
-            near, far = clip(ray[0], ray[3], shape[2], 0.0, np.inf)
-            near, far = clip(ray[1], ray[4], shape[1], near, far)
-            near, far = clip(ray[2], ray[5], shape[0], near, far)
+            near, far = span(ray, shape, 0.0)
             begin = tile_near[py // TILE, px // TILE]
             if not (near < far and begin < far and tile_far[py // TILE, px // TILE] > near):
                 continue

@@ -30,6 +30,14 @@ def clip(o, d, n, near, far):  # type: ignore[no-untyped-def]
 
 
 @helper
+def span(ray, shape, start):  # type: ignore[no-untyped-def]
+    """Part of a ray (6,) in index space beyond `start` that lies in a volume of shape (z, y, x); near > far for none."""
+    near, far = clip(ray[0], ray[3], shape[2], start, np.inf)
+    near, far = clip(ray[1], ray[4], shape[1], near, far)
+    return clip(ray[2], ray[5], shape[0], near, far)
+
+
+@helper
 def leave(o, d, cell, t):  # type: ignore[no-untyped-def]
     """Where the ray leaves a block's slab of one axis."""
     if d > 1e-12:
@@ -63,11 +71,8 @@ def first_hit(voxels, blocks, iso, sign, heads, data, ray, start):  # type: igno
     heads and data are of `packed_selections`. ray (6,) is origin and direction in index space. Trilinear; exact to about
     1e-5 voxel.
     """
-    nz, ny, nx = voxels.shape
     ox, oy, oz, dx, dy, dz = ray[0], ray[1], ray[2], ray[3], ray[4], ray[5]
-    near, far = clip(ox, dx, nx, start, np.inf)
-    near, far = clip(oy, dy, ny, near, far)
-    near, far = clip(oz, dz, nz, near, far)
+    near, far = span(ray, voxels.shape, start)
     if not near <= far:
         return np.inf, False
     t = near

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from intaglio.camera import Camera
 from intaglio.compute import Progress, frozen, kernel, lanes, tiles
-from intaglio.rendering.first_hit import clip, next_block, ray_at
+from intaglio.rendering.first_hit import next_block, ray_at, span
 from intaglio.rendering.packets import LANES, values
 from intaglio.rendering.skipping import min_max_blocks
 from intaglio.volume import Volume
@@ -29,9 +29,7 @@ def _project(y0, y1, x0, x1, voxels, grid, shape, low, high, index_rays, way, st
     for py in range(y0, y1):
         for px in range(x0, x1):
             ray_at(index_rays, px + 0.5, py + 0.5, ray)
-            near, far = clip(ray[0], ray[3], shape[2], 0.0, np.inf)
-            near, far = clip(ray[1], ray[4], shape[1], near, far)
-            near, far = clip(ray[2], ray[5], shape[0], near, far)
+            near, far = span(ray, shape, 0.0)
             if not near < far:
                 continue
             dt = step / math.sqrt(ray[3] ** 2 + ray[4] ** 2 + ray[5] ** 2)

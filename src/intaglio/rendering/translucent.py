@@ -10,7 +10,7 @@ import numpy as np
 
 from intaglio.compute import kernel, lanes
 from intaglio.rendering.cutting import kept
-from intaglio.rendering.first_hit import clip, next_block, ray_at
+from intaglio.rendering.first_hit import next_block, ray_at, span
 from intaglio.rendering.packets import LANES, central_differences, light_packet, values
 
 STEP = 0.5
@@ -34,9 +34,7 @@ def trace_surfaces(  # type: ignore[no-untyped-def]
     for py in range(y0, y1):
         for px in range(x0, x1):
             ray_at(index_rays, px + 0.5, py + 0.5, ray)
-            near, far = clip(ray[0], ray[3], shape[2], 0.0, np.inf)
-            near, far = clip(ray[1], ray[4], shape[1], near, far)
-            near, far = clip(ray[2], ray[5], shape[0], near, far)
+            near, far = span(ray, shape, 0.0)
             if not near < far:
                 continue
             ray_at(world_rays, px + 0.5, py + 0.5, world)

@@ -276,7 +276,8 @@ class TestSkipping:
             return np.ones(np.shape(low), dtype=bool)
 
         monkeypatch.setattr(ig.TransferFunction, "visible", all_visible)
-        np.testing.assert_array_equal(skipped, picture(volume, tf, camera, classify=classify, lit=lit))
+        # Blocks that show nothing no longer lengthen packets, whose sums are rounded otherwise.
+        np.testing.assert_allclose(skipped, picture(volume, tf, camera, classify=classify, lit=lit), rtol=0, atol=1e-6)
         assert asked == [5 * 6 * 5]
         assert skipped.max() > 0.2
 

@@ -13,12 +13,11 @@ from intaglio.compute import helper, kernel, lanes
 from intaglio.rendering.culling import TILE
 from intaglio.rendering.cutting import kept, slopes_of_cut
 from intaglio.rendering.first_hit import next_block, ray_at, span
-from intaglio.rendering.packets import LANES, central_differences, light_packet, values, values_and_slopes
+from intaglio.rendering.packets import LANES, light_packet, smooth_slopes, values, values_and_slopes
+from intaglio.rendering.rows import pair
 
 # Entries along each side of a pre-integrated table.
 TABLE_2D = 256
-# From this opacity of a sample on, its packet is lit with central differences instead of the cell's own slopes.
-SURFACE = 0.04
 # A ray ends when it is opaque but for this.
 OPAQUE = 0.002
 
@@ -27,7 +26,7 @@ OPAQUE = 0.002
 def _classified(voxels, grid, ray, first, step, count, low, scale, table, red, green, blue, alpha):  # type: ignore[no-untyped-def]
     """Pre-classification: colours of the eight voxels, weighted by opacity, interpolated; straight again at the end."""
     sy, sz = np.int64(grid[0]), np.int64(grid[1])
-    top = len(table) - 1
+    top = len(table) // 4 - 1
     for lane in range(count):
         t = first + step * lane
         x = min(max(ray[0] + t * ray[3], 0.0), grid[2] - 1e-3)
@@ -40,11 +39,12 @@ def _classified(voxels, grid, ray, first, step, count, low, scale, table, red, g
             cx, cy, cz = corner & 1, (corner >> 1) & 1, corner >> 2
             weight = (u if cx else 1.0 - u) * (v if cy else 1.0 - v) * (w if cz else 1.0 - w)
             value = float(voxels[(k + cz) * sz + (j + cy) * sy + i + cx])
-            entry = table[min(max(int((value - low) * scale + 0.5), 0), top)]
-            a += weight * entry[3]
-            r += weight * entry[3] * entry[0]
-            g += weight * entry[3] * entry[1]
-            b += weight * entry[3] * entry[2]
+            entry = 4 * min(max(int((value - low) * scale + 0.5), 0), top)
+            opaque = weight * table[entry + 3]
+            a += opaque
+            r += opaque * table[entry]
+            g += opaque * table[entry + 1]
+            b += opaque * table[entry + 2]
         inverse = 1.0 / max(a, 1e-12)
         red[lane], green[lane], blue[lane], alpha[lane] = r * inverse, g * inverse, b * inverse, a
 
@@ -57,7 +57,7 @@ def integrate(  # type: ignore[no-untyped-def]
 ):  # fmt: skip
     """One tile of out (h, w, 4), straight, over paper (4,). step is in mm along the ray.
 
-    thin: no sample can be opaque enough to need better slopes than its cell's. tile_near, tile_far: see `tile_depths`.
+    thin: the slopes of single cells will do for light. tile_near, tile_far: see `tile_depths`.
     """
     ray = np.empty(6)
     world = np.empty(6)
@@ -65,14 +65,16 @@ def integrate(  # type: ignore[no-untyped-def]
     value, other, gx, gy, gz = lanes(), lanes(), lanes(), lanes(), lanes()
     share, diffuse, gloss = lanes(), lanes(), lanes()
     red, green, blue, alpha = lanes(), lanes(), lanes(), lanes()
-    margin = lanes()
+    weight, margin = lanes(), lanes()
     # So near to a cut, in mm, a sample is lit as part of its face.
     face = np.float32(1.5 * step)
     ka, kd, ks = np.float32(material[0]), np.float32(material[1]), np.float32(material[2])
     one = np.float32(1.0)
     base = np.float32(low)
     factor = np.float32(scale)
-    top = np.float32(table.shape[0] - 1)
+    top = np.float32(len(table) // 4 - 1)
+    two = np.uint64(2)
+    four = np.uint64(4)
     side = np.int32(TABLE_2D)
     last = np.float32(TABLE_2D - 1)
     for py in range(y0, y1):
@@ -88,111 +90,116 @@ def integrate(  # type: ignore[no-untyped-def]
             total = max(int(math.ceil((far - near) / dt - 1e-6)), 1)
             # The last sample stands for what is left of the ray.
             rest = (far - near) / dt - (total - 1)
-            r = g = b = a = np.float32(0.0)
+            r = g = b = np.float32(0.0)
+            clear = one
             # Samples stay where they are counted from the volume's face; only the empty ones in front are left out.
             k = max(int((begin - near) / dt), 0)
             t = near + k * dt
             stop = tile_far[py // TILE, px // TILE]
-            while k < total and t < stop:
-                bz, by, bx, until = next_block(ray, shape, t, nudge)
-                # A sample belongs to the block of its middle, a pre-integrated segment to every block that it touches.
-                end = min(int(math.ceil((until - near) / dt - (0.0 if classify == 2 else 0.5))), total) if until < far else total
-                t = until
-                if not visible[bz, by, bx]:
-                    k = max(k, int((until - near) / dt) if classify == 2 and until < far else end)
-                    continue
-                while k < end and a < one - np.float32(OPAQUE):
-                    count = min(end - k, LANES)
-                    middle = near + (k + 0.5) * dt
-                    direct = lit and thin and classify == 1
-                    if classify == 2:
-                        # Values at both ends of each segment, its middle being the sample.
-                        values(voxels, grid, ray, near + k * dt, dt, count + 1, shift, value)
-                        for lane in range(count):
-                            f = min(max((value[lane] - base) * factor, np.float32(0.0)), last)
-                            s = min(max((value[lane + 1] - base) * factor, np.float32(0.0)), last)
-                            entry = np.int32(f + np.float32(0.5)) * side + np.int32(s + np.float32(0.5))
-                            alpha[lane] = table[entry, 3]
-                            inverse = one / max(alpha[lane], np.float32(1e-12))
-                            red[lane] = table[entry, 0] * inverse
-                            green[lane] = table[entry, 1] * inverse
-                            blue[lane] = table[entry, 2] * inverse
-                    elif classify == 1:
-                        if direct:
-                            values_and_slopes(voxels, grid, ray, middle, dt, count, value, gx, gy, gz)
-                        else:
-                            values(voxels, grid, ray, middle, dt, count, shift, value)
-                        for lane in range(count):
-                            f = min(max((value[lane] - base) * factor + np.float32(0.5), np.float32(0.0)), top)
-                            entry = np.int32(f)
-                            red[lane] = table[entry, 0]
-                            green[lane] = table[entry, 1]
-                            blue[lane] = table[entry, 2]
-                            alpha[lane] = table[entry, 3]
-                    else:
-                        _classified(voxels, grid, ray, middle, dt, count, low, scale, table, red, green, blue, alpha)
-                    if k + count == total and rest < 0.999999:
-                        alpha[count - 1] = one - (one - alpha[count - 1]) ** np.float32(rest)
-
-                    if heads.shape[0] > 0:
-                        for lane in range(count):
-                            at = middle + lane * dt
-                            x, y, z = ray[0] + at * ray[3], ray[1] + at * ray[4], ray[2] + at * ray[5]
-                            margin[lane] = kept(heads, data, x, y, z)
-                            if margin[lane] < np.float32(0.0):
-                                alpha[lane] = np.float32(0.0)
-
-                    # Opacity alone says which samples count: from the first that is seen to the last that shows through.
-                    first = 0
-                    while first < count and alpha[first] <= np.float32(0.0):
-                        first += 1
-                    past = first
-                    clear = one - a
-                    most = np.float32(0.0)
-                    for lane in range(first, count):
-                        if alpha[lane] > np.float32(0.0):
-                            past = lane + 1
-                            most = max(most, alpha[lane])
-                            clear *= one - alpha[lane]
-                            if clear < np.float32(OPAQUE):
-                                break
-                    seen = past - first
-                    if seen > 0:
-                        skip = 0 if direct else first
-                        if lit:
-                            start = middle + skip * dt
-                            number = past - skip
-                            if not direct:
-                                if most > np.float32(SURFACE):
-                                    central_differences(voxels, grid, ray, start, dt, number, 1.0, shift, other, gx, gy, gz)
-                                    shift[:] = 0.0
-                                else:
-                                    values_and_slopes(voxels, grid, ray, start, dt, number, other, gx, gy, gz)
-                            if heads.shape[0] > 0:
-                                for lane in range(number):
-                                    if margin[skip + lane] < face:
-                                        slopes_of_cut(heads, data, ray, start + lane * dt, fade, lane, gx, gy, gz)
-                            light_packet(
-                                gx, gy, gz, number, world, start, dt, to_world, lights, material, fade, shine, share, diffuse,
-                                gloss,
-                            )  # fmt: skip
-                            for lane in range(number):
-                                body = one + share[lane] * (ka + kd * diffuse[lane] - one)
-                                glow = share[lane] * ks * gloss[lane]
-                                red[skip + lane] = red[skip + lane] * body + glow
-                                green[skip + lane] = green[skip + lane] * body + glow
-                                blue[skip + lane] = blue[skip + lane] * body + glow
-                        for lane in range(first, past):
-                            weight = (one - a) * alpha[lane]
-                            r += weight * red[lane]
-                            g += weight * green[lane]
-                            b += weight * blue[lane]
-                            a += weight
-                    k += count
-                if a >= one - np.float32(OPAQUE):
+            end = k
+            while clear >= np.float32(OPAQUE):
+                # Blocks that show something, one behind the other, fill a packet together.
+                after = k
+                while end - k < LANES and end < total and t < stop:
+                    bz, by, bx, until = next_block(ray, shape, t, nudge)
+                    t = until
+                    # A sample belongs to the block of its middle, a pre-integrated segment to every block that it touches.
+                    beyond = int(math.ceil((until - near) / dt - (0.0 if classify == 2 else 0.5))) if until < far else total
+                    if visible[bz, by, bx]:
+                        end = max(min(beyond, total), end)
+                        continue
+                    after = int((until - near) / dt) if classify == 2 and until < far else beyond
+                    if end > k:
+                        break
+                    k = end = max(k, after)
+                if end <= k or k >= total:
                     break
-            free = (one - a) * paper[3]
-            a += free
+                count = min(end - k, LANES)
+                middle = near + (k + 0.5) * dt
+                direct = lit and thin and classify == 1
+                if classify == 2:
+                    # Values at both ends of each segment, its middle being the sample.
+                    values(voxels, grid, ray, near + k * dt, dt, count + 1, shift, value)
+                    for lane in range(count):
+                        f = min(max((value[lane] - base) * factor, np.float32(0.0)), last)
+                        s = min(max((value[lane + 1] - base) * factor, np.float32(0.0)), last)
+                        entry = np.uint64(np.int32(f + np.float32(0.5)) * side + np.int32(s + np.float32(0.5)))
+                        hue, tint = pair(table, four * entry)
+                        shade, opacity = pair(table, four * entry + two)
+                        inverse = one / max(opacity, np.float32(1e-12))
+                        red[lane] = hue * inverse
+                        green[lane] = tint * inverse
+                        blue[lane] = shade * inverse
+                        alpha[lane] = opacity
+                elif classify == 1:
+                    if direct:
+                        values_and_slopes(voxels, grid, ray, middle, dt, count, value, gx, gy, gz)
+                    else:
+                        values(voxels, grid, ray, middle, dt, count, shift, value)
+                    for lane in range(count):
+                        f = min(max((value[lane] - base) * factor + np.float32(0.5), np.float32(0.0)), top)
+                        entry = four * np.uint64(np.int32(f))
+                        red[lane], green[lane] = pair(table, entry)
+                        blue[lane], alpha[lane] = pair(table, entry + two)
+                else:
+                    _classified(voxels, grid, ray, middle, dt, count, low, scale, table, red, green, blue, alpha)
+                if k + count == total and rest < 0.999999:
+                    alpha[count - 1] = one - (one - alpha[count - 1]) ** np.float32(rest)
+
+                if heads.shape[0] > 0:
+                    for lane in range(count):
+                        at = middle + lane * dt
+                        x, y, z = ray[0] + at * ray[3], ray[1] + at * ray[4], ray[2] + at * ray[5]
+                        margin[lane] = kept(heads, data, x, y, z)
+                        if margin[lane] < np.float32(0.0):
+                            alpha[lane] = np.float32(0.0)
+
+                # Opacity alone says which samples count: from the first that is seen to the last that shows through.
+                first = 0
+                while first < count and alpha[first] <= np.float32(0.0):
+                    first += 1
+                past = first
+                for lane in range(first, count):
+                    weight[lane] = clear * alpha[lane]
+                    if alpha[lane] > np.float32(0.0):
+                        past = lane + 1
+                        clear *= one - alpha[lane]
+                        if clear < np.float32(OPAQUE):
+                            break
+                seen = past - first
+                if seen > 0:
+                    skip = 0 if direct else first
+                    if lit:
+                        start = middle + skip * dt
+                        number = past - skip
+                        if not direct:
+                            if thin:
+                                values_and_slopes(voxels, grid, ray, start, dt, number, other, gx, gy, gz)
+                            else:
+                                smooth_slopes(voxels, grid, ray, start, dt, number, gx, gy, gz)
+                        if heads.shape[0] > 0:
+                            for lane in range(number):
+                                if margin[skip + lane] < face:
+                                    slopes_of_cut(heads, data, ray, start + lane * dt, fade, lane, gx, gy, gz)
+                        light_packet(
+                            gx, gy, gz, number, world, start, dt, to_world, lights, material, fade, shine, share, diffuse,
+                            gloss,
+                        )  # fmt: skip
+                        for lane in range(number):
+                            body = one + share[lane] * (ka + kd * diffuse[lane] - one)
+                            glow = share[lane] * ks * gloss[lane]
+                            red[skip + lane] = red[skip + lane] * body + glow
+                            green[skip + lane] = green[skip + lane] * body + glow
+                            blue[skip + lane] = blue[skip + lane] * body + glow
+                    for lane in range(first, past):
+                        r += weight[lane] * red[lane]
+                        g += weight[lane] * green[lane]
+                        b += weight[lane] * blue[lane]
+                k += count
+                if k == end:
+                    k = end = max(k, after)
+            free = clear * paper[3]
+            a = one - clear + free
             inverse = one / max(a, np.float32(1e-6))
             out[py, px, 0] = min((r + free * paper[0]) * inverse, one)
             out[py, px, 1] = min((g + free * paper[1]) * inverse, one)

@@ -7,12 +7,14 @@ import math
 import numpy as np
 
 from intaglio.compute import helper
+from intaglio.rendering.rows import pair, quad
 
 # Samples in a packet; a block of 8 voxels holds about that many at half a voxel's step.
 LANES = 32
 
 _ZERO = np.float32(0.0)
 _ONE = np.float32(1.0)
+_HALF = np.float32(0.5)
 
 
 @helper
@@ -23,7 +25,6 @@ def values(voxels, grid, ray, first, step, count, shift, out):  # type: ignore[n
     """
     sy = np.uint64(grid[0])
     sz = np.uint64(grid[1])
-    one = np.uint64(1)
     mx, my, mz = np.float32(grid[2]), np.float32(grid[3]), np.float32(grid[4])
     last_x, last_y, last_z = mx - _ONE, my - _ONE, mz - _ONE
     px = np.float32(ray[0] + first * ray[3] + shift[0])
@@ -42,14 +43,14 @@ def values(voxels, grid, ray, first, step, count, shift, out):  # type: ignore[n
         v = y - np.float32(j)
         w = z - np.float32(k)
         b = np.uint64(k) * sz + np.uint64(j) * sy + np.uint64(i)
-        a00 = np.float32(voxels[b])
-        a01 = np.float32(voxels[b + sy])
-        a10 = np.float32(voxels[b + sz])
-        a11 = np.float32(voxels[b + sz + sy])
-        c00 = a00 + u * (np.float32(voxels[b + one]) - a00)
-        c01 = a01 + u * (np.float32(voxels[b + sy + one]) - a01)
-        c10 = a10 + u * (np.float32(voxels[b + sz + one]) - a10)
-        c11 = a11 + u * (np.float32(voxels[b + sz + sy + one]) - a11)
+        a00, b00 = pair(voxels, b)
+        a01, b01 = pair(voxels, b + sy)
+        a10, b10 = pair(voxels, b + sz)
+        a11, b11 = pair(voxels, b + sz + sy)
+        c00 = a00 + u * (b00 - a00)
+        c01 = a01 + u * (b01 - a01)
+        c10 = a10 + u * (b10 - a10)
+        c11 = a11 + u * (b11 - a11)
         c0 = c00 + v * (c01 - c00)
         c1 = c10 + v * (c11 - c10)
         out[lane] = c0 + w * (c1 - c0)
@@ -60,7 +61,6 @@ def values_and_slopes(voxels, grid, ray, first, step, count, out, gx, gy, gz):  
     """The same with the gradient of the trilinear field itself, in index space: cheap, but it jumps between cells."""
     sy = np.uint64(grid[0])
     sz = np.uint64(grid[1])
-    one = np.uint64(1)
     mx, my, mz = np.float32(grid[2]), np.float32(grid[3]), np.float32(grid[4])
     last_x, last_y, last_z = mx - _ONE, my - _ONE, mz - _ONE
     px = np.float32(ray[0] + first * ray[3])
@@ -79,14 +79,14 @@ def values_and_slopes(voxels, grid, ray, first, step, count, out, gx, gy, gz):  
         v = y - np.float32(j)
         w = z - np.float32(k)
         b = np.uint64(k) * sz + np.uint64(j) * sy + np.uint64(i)
-        a00 = np.float32(voxels[b])
-        a01 = np.float32(voxels[b + sy])
-        a10 = np.float32(voxels[b + sz])
-        a11 = np.float32(voxels[b + sz + sy])
-        e00 = np.float32(voxels[b + one]) - a00
-        e01 = np.float32(voxels[b + sy + one]) - a01
-        e10 = np.float32(voxels[b + sz + one]) - a10
-        e11 = np.float32(voxels[b + sz + sy + one]) - a11
+        a00, b00 = pair(voxels, b)
+        a01, b01 = pair(voxels, b + sy)
+        a10, b10 = pair(voxels, b + sz)
+        a11, b11 = pair(voxels, b + sz + sy)
+        e00 = b00 - a00
+        e01 = b01 - a01
+        e10 = b10 - a10
+        e11 = b11 - a11
         c00 = a00 + u * e00
         c01 = a01 + u * e01
         c10 = a10 + u * e10
@@ -116,6 +116,69 @@ def central_differences(voxels, grid, ray, first, step, count, h, shift, other, 
         values(voxels, grid, ray, first, step, count, shift, other)
         for lane in range(count):
             out[lane] = half * (out[lane] - other[lane])
+
+
+@helper
+def _between(four, u):  # type: ignore[no-untyped-def]
+    """The value between the middle two of four neighbours."""
+    return four[1] + u * (four[2] - four[1])
+
+
+@helper
+def _lerp(a, b, u):  # type: ignore[no-untyped-def]
+    return a + u * (b - a)
+
+
+@helper
+def smooth_slopes(voxels, grid, ray, first, step, count, gx, gy, gz):  # type: ignore[no-untyped-def]
+    """Gradient from central differences at the voxels around, interpolated: what `central_differences` gives one voxel away,
+    but from the 32 voxels that count, each read once, instead of 48. Constant in the outermost cells. At least 4 voxels each way.
+    """
+    sy = np.uint64(grid[0])
+    sz = np.uint64(grid[1])
+    one = np.uint64(1)
+    last_x, last_y, last_z = np.float32(grid[2] - 1.0), np.float32(grid[3] - 1.0), np.float32(grid[4] - 1.0)
+    px = np.float32(ray[0] + first * ray[3])
+    py = np.float32(ray[1] + first * ray[4])
+    pz = np.float32(ray[2] + first * ray[5])
+    dx, dy, dz = np.float32(step * ray[3]), np.float32(step * ray[4]), np.float32(step * ray[5])
+    for lane in range(count):
+        t = np.float32(lane)
+        x = min(max(px + t * dx, _ONE), last_x)
+        y = min(max(py + t * dy, _ONE), last_y)
+        z = min(max(pz + t * dz, _ONE), last_z)
+        i = np.int32(min(x, last_x - _ONE))
+        j = np.int32(min(y, last_y - _ONE))
+        k = np.int32(min(z, last_z - _ONE))
+        u = x - np.float32(i)
+        v = y - np.float32(j)
+        w = z - np.float32(k)
+        b = np.uint64(k) * sz + np.uint64(j) * sy + np.uint64(i)
+        q00 = quad(voxels, b - one)
+        q01 = quad(voxels, b + sy - one)
+        q10 = quad(voxels, b + sz - one)
+        q11 = quad(voxels, b + sz + sy - one)
+        x0 = _lerp(_lerp(q00[2] - q00[0], q00[3] - q00[1], u), _lerp(q01[2] - q01[0], q01[3] - q01[1], u), v)
+        x1 = _lerp(_lerp(q10[2] - q10[0], q10[3] - q10[1], u), _lerp(q11[2] - q11[0], q11[3] - q11[1], u), v)
+        gx[lane] = _HALF * _lerp(x0, x1, w)
+        c00 = _between(q00, u)
+        c01 = _between(q01, u)
+        c10 = _between(q10, u)
+        c11 = _between(q11, u)
+        l0, r0 = pair(voxels, b - sy)
+        l1, r1 = pair(voxels, b - sy + sz)
+        m0, s0 = pair(voxels, b + sy + sy)
+        m1, s1 = pair(voxels, b + sy + sy + sz)
+        y0 = _lerp(c01 - _lerp(l0, r0, u), _lerp(m0, s0, u) - c00, v)
+        y1 = _lerp(c11 - _lerp(l1, r1, u), _lerp(m1, s1, u) - c10, v)
+        gy[lane] = _HALF * _lerp(y0, y1, w)
+        l0, r0 = pair(voxels, b - sz)
+        l1, r1 = pair(voxels, b - sz + sy)
+        m0, s0 = pair(voxels, b + sz + sz)
+        m1, s1 = pair(voxels, b + sz + sz + sy)
+        z0 = _lerp(c10 - _lerp(l0, r0, u), _lerp(m0, s0, u) - c00, w)
+        z1 = _lerp(c11 - _lerp(l1, r1, u), _lerp(m1, s1, u) - c01, w)
+        gz[lane] = _HALF * _lerp(z0, z1, v)
 
 
 @helper

@@ -16,7 +16,7 @@ from intaglio.errors import InputError
 from intaglio.lighting import DEFAULT_LIGHTS, Light, Material, packed_lights
 from intaglio.rendering.culling import tile_depths
 from intaglio.rendering.cutting import cut_blocks
-from intaglio.rendering.emission import SURFACE, TABLE_2D, integrate
+from intaglio.rendering.emission import TABLE_2D, integrate
 from intaglio.rendering.projection import projection
 from intaglio.rendering.skipping import min_max_blocks
 from intaglio.rendering.translucent import trace_surfaces
@@ -29,6 +29,8 @@ Mode = Literal["emission-absorption", "mip", "minip", "average", "isosurface"]
 MODES: tuple[Mode, ...] = ("emission-absorption", "mip", "minip", "average", "isosurface")
 CLASSIFY: tuple[Classify, ...] = ("pre", "post", "preintegrated")
 Surface = tuple[float, tuple[float, float, float], float]
+# A transfer function no opaquer than this over half a voxel makes fog, for whose light the slopes of single cells will do.
+FOG = 0.04
 # Entries of a transfer function's table.
 TABLE = 4096
 
@@ -103,7 +105,7 @@ def render(
     if classify == "preintegrated":
         from intaglio.rendering.preintegration import preintegrated_table
 
-        table = preintegrated_table(transfer_function, low, high, size=TABLE_2D, step=mm).reshape(-1, 4)
+        table = preintegrated_table(transfer_function, low, high, size=TABLE_2D, step=mm)
         scale = (TABLE_2D - 1) / (high - low)
     else:
         table = transfer_function.table(low, high, TABLE, step=mm)
@@ -114,11 +116,14 @@ def render(
     fade = 0.02 * (high - low) / spacing if fade is None else fade
     paper = np.array(background, dtype=np.float32)
     out[:] = paper
-    thin = bool(table[:, 3].max() <= SURFACE)
+    # Better slopes than those of single cells need voxels on both sides.
+    fog = transfer_function.table(low, high, TABLE, step=0.5 * spacing)[:, 3].max() <= FOG
+    thin = bool(fog or min(volume.shape) < 4)
     depths = tile_depths(volume, visible, camera)
     tiles(
-        integrate, (h, w), *field, frozen(visible), heads, data, *rays, frozen(table), low, scale, CLASSIFY.index(classify),
-        lit, float(fade), lamps, shading, shine, mm, thin, *depths, paper, out, tile=64, progress=progress,
+        integrate, (h, w), *field, frozen(visible), heads, data, *rays, frozen(table).reshape(-1), low, scale,
+        CLASSIFY.index(classify), lit, float(fade), lamps, shading, shine, mm, thin, *depths, paper, out, tile=64,
+        progress=progress,
     )  # fmt: skip
     return Image(out)
 

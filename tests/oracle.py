@@ -326,9 +326,9 @@ def emission_absorption(
     if length <= 0:
         return np.zeros(4)
     count = max(math.ceil(length / step - 1e-6), 1)
-    points = origin + (near + (np.arange(count) + 0.5)[:, None] * step / mm) * direction
     part = np.ones(count)
     part[-1] = length / step - (count - 1)
+    points = origin + (near + (np.arange(count) + 0.5 * part)[:, None] * step / mm) * direction
 
     def lookup(values: ArrayLike) -> Array:
         known = np.array([(p.value, *p.colour, p.opacity) for p in function.points])

@@ -156,14 +156,13 @@ class TestTwin:
 
     @pytest.mark.parametrize("points", [((0.0, "#4060c0", 0.0), (1.0, "#f0c080", 0.3)), STEEP], ids=["smooth", "steep"])
     def test_finer_steps_converge(self, points):
-        """In more than first order. The midpoint rule's second is spoilt by a ray's last part, whose sample lies behind it."""
+        """Nearly in second order, the midpoint rule's; kinks between voxels and the table's entries spoil the rest."""
         volume, tf = blob(24, 5.0), function(*points)
         camera = view(volume, 7, (0.2, 1, 0.3))
-        want, steps = twin(volume, tf, camera, 0.01), [4.0, 2.0, 1.0]
+        want, steps = twin(volume, tf, camera, 0.01), [4.0, 2.0, 1.0, 0.5]
         off = np.array([np.abs(picture(volume, tf, camera, step=s) - want).mean(axis=(0, 1)) for s in steps])
         order = [np.polyfit(np.log(steps), np.log(off[:, c]), 1)[0] for c in range(4)]
-        assert order[3] > 1.4
-        assert min(order) > 1.2
+        assert min(order) > 1.6
 
     def test_an_early_end_costs_no_more_than_what_was_left(self):
         volume = blob(20, 5.0)
@@ -332,10 +331,10 @@ class TestLight:
         [
             (ig.Light(), 2e-3),
             (ig.Light(direction=(0.3, 0.8, 1.0), frame="world", intensity=0.7), 2e-3),
-            # A lamp is taken to be as far from all of a packet: 0.8 mm of some 60.
-            (ig.Light(kind="point", position=(20.0, 50.0, 15.0), frame="world"), 0.02),
-            (ig.Light(kind="spot", position=(20.0, 50.0, 15.0), direction=(0.4, 1.0, 0.3), frame="world", cone=25.0), 0.02),
-            (ig.Light(kind="spot", position=(20.0, 50.0, 15.0), direction=(-1.0, 1.0, 0.3), frame="world", cone=25.0), 0.02),
+            # The first opaque sample lies up to half a step behind the surface.
+            (ig.Light(kind="point", position=(20.0, 50.0, 15.0), frame="world"), 3e-3),
+            (ig.Light(kind="spot", position=(20.0, 50.0, 15.0), direction=(0.4, 1.0, 0.3), frame="world", cone=25.0), 3e-3),
+            (ig.Light(kind="spot", position=(20.0, 50.0, 15.0), direction=(-1.0, 1.0, 0.3), frame="world", cone=25.0), 3e-3),
         ],
         ids=["camera", "world", "point", "spot", "spot-aside"],
     )

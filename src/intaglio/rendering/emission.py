@@ -88,8 +88,9 @@ def integrate(  # type: ignore[no-untyped-def]
             dt = step / math.sqrt(world[3] ** 2 + world[4] ** 2 + world[5] ** 2)
             nudge = 1e-6 * dt
             total = max(int(math.ceil((far - near) / dt - 1e-6)), 1)
-            # The last sample stands for what is left of the ray.
+            # The last sample stands for what is left of the ray, and sits in its middle.
             rest = (far - near) / dt - (total - 1)
+            last_middle = far - 0.5 * rest * dt
             r = g = b = np.float32(0.0)
             clear = one
             # Samples stay where they are counted from the volume's face; only the empty ones in front are left out.
@@ -117,9 +118,13 @@ def integrate(  # type: ignore[no-untyped-def]
                 count = min(end - k, LANES)
                 middle = near + (k + 0.5) * dt
                 direct = lit and thin and classify == 1
+                cut_short = k + count == total and rest < 0.999999
                 if classify == 2:
                     # Values at both ends of each segment, its middle being the sample.
                     values(voxels, grid, ray, near + k * dt, dt, count + 1, shift, value)
+                    if cut_short:
+                        values(voxels, grid, ray, far, dt, 1, shift, other)
+                        value[count] = other[0]
                     for lane in range(count):
                         f = min(max((value[lane] - base) * factor, np.float32(0.0)), last)
                         s = min(max((value[lane + 1] - base) * factor, np.float32(0.0)), last)
@@ -136,6 +141,9 @@ def integrate(  # type: ignore[no-untyped-def]
                         values_and_slopes(voxels, grid, ray, middle, dt, count, value, gx, gy, gz)
                     else:
                         values(voxels, grid, ray, middle, dt, count, shift, value)
+                    if cut_short:
+                        values(voxels, grid, ray, last_middle, dt, 1, shift, other)
+                        value[count - 1] = other[0]
                     for lane in range(count):
                         f = min(max((value[lane] - base) * factor + np.float32(0.5), np.float32(0.0)), top)
                         entry = four * np.uint64(np.int32(f))
@@ -143,7 +151,10 @@ def integrate(  # type: ignore[no-untyped-def]
                         blue[lane], alpha[lane] = pair(table, entry + two)
                 else:
                     _classified(voxels, grid, ray, middle, dt, count, low, scale, table, red, green, blue, alpha)
-                if k + count == total and rest < 0.999999:
+                    if cut_short:
+                        _classified(voxels, grid, ray, last_middle, dt, 1, low, scale, table, gx, gy, gz, other)
+                        red[count - 1], green[count - 1], blue[count - 1], alpha[count - 1] = gx[0], gy[0], gz[0], other[0]
+                if cut_short:
                     alpha[count - 1] = one - (one - alpha[count - 1]) ** np.float32(rest)
 
                 if heads.shape[0] > 0:

@@ -212,29 +212,31 @@ def light_packet(gx, gy, gz, count, ray, first, step, to_world, lights, material
         diffuse[lane] = _ZERO
         gloss[lane] = _ZERO
     for n in range(lights.shape[0]):
+        spot = lights[n, 0] > np.float32(1.5)
+        near = lights[n, 0] > np.float32(0.5)
         lx, ly, lz = lights[n, 1], lights[n, 2], lights[n, 3]
-        power = lights[n, 7]
-        if lights[n, 0] > np.float32(0.5):
-            # A lamp inside a packet's length looks nearly the same from all of it.
-            t = first + 0.5 * step * count
-            lx = np.float32(lights[n, 4] - ray[0] - t * ray[3])
-            ly = np.float32(lights[n, 5] - ray[1] - t * ray[4])
-            lz = np.float32(lights[n, 6] - ray[2] - t * ray[5])
-            near = _ONE / max(np.float32(math.sqrt(lx * lx + ly * ly + lz * lz)), np.float32(1e-6))
-            lx, ly, lz = lx * near, ly * near, lz * near
-            if lights[n, 0] > np.float32(1.5):
-                cone = lx * lights[n, 1] + ly * lights[n, 2] + lz * lights[n, 3]
-                part = min(max((cone - lights[n, 8]) / max(lights[n, 9] - lights[n, 8], np.float32(1e-6)), _ZERO), _ONE)
-                power = power * part * part * (np.float32(3.0) - np.float32(2.0) * part)
-        hx, hy, hz = lx + vx, ly + vy, lz + vz
-        long = _ONE / max(np.float32(math.sqrt(hx * hx + hy * hy + hz * hz)), np.float32(1e-9))
-        hx, hy, hz = hx * long, hy * long, hz * long
+        ox, oy, oz = np.float32(lights[n, 4] - ray[0]), np.float32(lights[n, 5] - ray[1]), np.float32(lights[n, 6] - ray[2])
+        rx, ry, rz = np.float32(ray[3]), np.float32(ray[4]), np.float32(ray[5])
+        start, pace = np.float32(first), np.float32(step)
+        edge = _ONE / max(lights[n, 9] - lights[n, 8], np.float32(1e-6))
         for lane in range(count):
-            lit = gx[lane] * lx + gy[lane] * ly + gz[lane] * lz
-            half = gx[lane] * hx + gy[lane] * hy + gz[lane] * hz
+            power = lights[n, 7]
+            ax, ay, az = lx, ly, lz
+            if near:
+                t = start + pace * np.float32(lane)
+                ax, ay, az = ox - t * rx, oy - t * ry, oz - t * rz
+                closer = _ONE / max(np.float32(math.sqrt(ax * ax + ay * ay + az * az)), np.float32(1e-6))
+                ax, ay, az = ax * closer, ay * closer, az * closer
+                if spot:
+                    part = min(max((ax * lx + ay * ly + az * lz - lights[n, 8]) * edge, _ZERO), _ONE)
+                    power = power * part * part * (np.float32(3.0) - np.float32(2.0) * part)
+            hx, hy, hz = ax + vx, ay + vy, az + vz
+            long = _ONE / max(np.float32(math.sqrt(hx * hx + hy * hy + hz * hz)), np.float32(1e-9))
+            lit = gx[lane] * ax + gy[lane] * ay + gz[lane] * az
+            half = (gx[lane] * hx + gy[lane] * hy + gz[lane] * hz) * long
             if two_sided:
                 lit = abs(lit)
                 half = abs(half)
             half = min(max(half, _ZERO), _ONE) if lit > _ZERO else _ZERO
             diffuse[lane] += power * max(lit, _ZERO)
-            gloss[lane] += power * shine[np.int32(half * top)]
+            gloss[lane] += power * shine[np.uint64(np.int32(half * top))]

@@ -43,7 +43,8 @@ def _reader(count: int) -> Any:
         result = types.UniTuple(types.float32, count)
 
         def code(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-            return context.make_tuple(builder, result, _floats(context, builder, signature.args[0], *args, count))
+            array, start = args
+            return context.make_tuple(builder, result, _floats(context, builder, signature.args[0], array, start, count))
 
         return result(voxels, index), code
 

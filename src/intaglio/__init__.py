@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from intaglio.rendering.shade import shade as shade
     from intaglio.selection import Selection as Selection
     from intaglio.transfer_function import TransferFunction as TransferFunction
+    from intaglio.transfer_function_2d import TransferFunction2D as TransferFunction2D
     from intaglio.volume import Volume as Volume
 
 # Public name -> module. Loaded on first use, so that `import intaglio` is quick.
@@ -39,6 +40,7 @@ _PUBLIC = {
     "Material": "lighting",
     "Selection": "selection",
     "TransferFunction": "transfer_function",
+    "TransferFunction2D": "transfer_function_2d",
     "TriangleMesh": "mesh",
     "Volume": "volume",
     "body_surface": "rendering.isovalue",

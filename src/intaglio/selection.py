@@ -74,6 +74,11 @@ class Selection:
             raise InputError(f"{tool.name}: a tool of floats must be a signed distance, negative inside, not {low:g} to {high:g}")
         return cls(tool, np.eye(4) if world_from_tool is None else np.asarray(world_from_tool, dtype=np.float64), keep)
 
+    @property
+    def binary(self) -> bool:
+        """Whether the tool says only what is inside; otherwise it knows distances."""
+        return self.tool is not None and self.tool.array.dtype.kind in "biu" and self.tool.range[0] >= 0
+
     def moved(self, world_from_world: ArrayLike) -> Selection:
         """The same tool, moved, turned or scaled by a 4x4 matrix."""
         return replace(self, world_from_tool=np.asarray(world_from_world, dtype=np.float64) @ self.world_from_tool)
@@ -94,11 +99,10 @@ def packed_selections(selections: Sequence[Selection], volume: Volume) -> tuple[
             continue
         tool = selection.tool
         z, y, x = tool.shape
-        binary = tool.array.dtype.kind in "biu" and tool.range[0] >= 0
         spacing = float(tool.spacing.min())
         samples = tool.array.astype(np.float32).ravel()
         # A binary tool becomes a ramp of one voxel, in mm like a distance.
-        samples = (0.5 - (samples > 0)) * np.float32(spacing) if binary else samples
+        samples = (0.5 - (samples > 0)) * np.float32(spacing) if selection.binary else samples
         head[0:5] = 1.0, offset, x, y, z
         head[8:20] = (tool.index_from_world @ tool_from_index)[:3].ravel()
         data.append(samples.astype(np.float32))

@@ -37,11 +37,14 @@ if TYPE_CHECKING:
 
 MODES = "emission-absorption, mip, minip, average, isosurface"
 CLASSIFY = "pre, post, preintegrated"
+INTERPOLATION = "trilinear, tricubic"
+GRADIENT = "central, cell, tricubic"
 TRANSFER: Any = {"rich_help_panel": "What is seen"}
 PICTURE: Any = {"rich_help_panel": "Picture"}
 PRESET = "Transfer function by name; ct-... for Hounsfield units, mr-... by the scan's range"
 TF = "Transfer function of 3D Slicer (.vp.json, .vp) or ParaView (.json)."
 ISO = "Isosurface, for that mode; may be given several times."
+EMPHASIS = "Show boundaries: nothing where the value changes by LOW per mm, all from HIGH on."
 SIZE = "Pixels: the longer side, or width x height such as 800x600."
 BONE = (0.96, 0.92, 0.82)
 DEFAULT = Path("picture.png")
@@ -61,7 +64,18 @@ def render(
     step: Annotated[
         float, number("--step", "Distance of samples in voxels: smaller is finer and slower", 0.01, 16, **TRANSFER)
     ] = 0.5,
+    interpolation: Annotated[
+        str, Option("--interpolation", metavar="NAME", help=f"Of values, one of {INTERPOLATION}.", **TRANSFER)
+    ] = "trilinear",
+    gradient: Annotated[
+        str | None, Option("--gradient", metavar="NAME", help=f"For light, one of {GRADIENT}.", show_default=False, **TRANSFER)
+    ] = None,
+    reach: Annotated[float, number("--reach", "How far central differences look, voxels", 0.01, 16, **TRANSFER)] = 1.0,
+    emphasis: Annotated[
+        str | None, Option("--emphasis", metavar="LOW:HIGH", help=EMPHASIS, show_default=False, **TRANSFER)
+    ] = None,
     cut: Cut = None,
+    ghost: Annotated[float, number("--ghost", "Opacity of the rims of tools that cut, shown as glass", 0, 1)] = 0.0,
     unlit: Annotated[bool, Option("--unlit", help="Colours as they are, without light.", **TRANSFER)] = False,
     background: Annotated[
         str, Option("--background", metavar="#RRGGBB", help="Behind the scan; or transparent.", **PICTURE)
@@ -93,8 +107,15 @@ def render(
     """  # fmt: skip
     from intaglio.camera import Camera, view_direction
     from intaglio.io.plates import check_output
-    from intaglio.rendering.raycast import CLASSIFY as WHEN, MODES as HOW, render as picture_of
+    from intaglio.rendering.raycast import (
+        CLASSIFY as WHEN,
+        GRADIENT as GRADIENT_NAMES,
+        INTERPOLATION as INTERPOLATION_NAMES,
+        MODES as HOW,
+        render as picture_of,
+    )
     from intaglio.transfer_function import TransferFunction
+    from intaglio.transfer_function_2d import TransferFunction2D
 
     check_output(output, (".png",))
     how = next((m for m in HOW if m == mode), None)
@@ -113,6 +134,17 @@ def render(
         raise BadParameter("needs --mode isosurface", param_hint="'--iso'")
     if bits not in (8, 16):
         raise BadParameter(f"must be 8 or 16, not {bits}", param_hint="'--bits'")
+    between = next((i for i in INTERPOLATION_NAMES if i == interpolation), None)
+    if between is None:
+        raise BadParameter(f"must be one of {INTERPOLATION}, not {interpolation!r}", param_hint="'--interpolation'")
+    slope = next((g for g in GRADIENT_NAMES if g == gradient), None)
+    if gradient is not None and slope is None:
+        raise BadParameter(f"must be one of {GRADIENT}, not {gradient!r}", param_hint="'--gradient'")
+    if interpolation == "tricubic" and (when != "post" or how != "emission-absorption"):
+        raise BadParameter("tricubic needs --mode emission-absorption and --classify post", param_hint="'--interpolation'")
+    slopes = _slopes(emphasis) if emphasis is not None else None
+    if slopes and (when != "post" or how != "emission-absorption"):
+        raise BadParameter("needs --mode emission-absorption and --classify post", param_hint="'--emphasis'")
     surfaces = [_surface(text) for text in iso or ()]
     paper = _background(background)
     pixels = _size(size)
@@ -134,10 +166,12 @@ def render(
                 function = _suitable(volume)
             shown = None if how in ("mip", "minip", "average") else function
             camera = Camera.looking(view, _seen(volume, shown, surfaces), pixels, **looking)
+            colours = TransferFunction2D.emphasized(function, volume.range, slopes) if function and slopes else function
         with steps.step("rendering") as progress:
             image = picture_of(
-                volume, function, camera, mode=how, classify=when, surfaces=surfaces, step=step, lit=not unlit, lights=lights,
-                selections=selections_of(cut, volume), background=paper, progress=progress,
+                volume, colours, camera, mode=how, classify=when, surfaces=surfaces, step=step, interpolation=between,
+                gradient=slope, reach=reach, lit=not unlit, lights=lights, selections=selections_of(cut, volume), ghost=ghost,
+                background=paper, progress=progress,
             )  # fmt: skip
         with steps.step("writing"):
             image.save(output, bits=bits)
@@ -145,6 +179,17 @@ def render(
         say("note: the picture is empty; is the transfer function made for values like these? `intaglio info` tells them")
     height, width = image.array.shape[:2]
     out.print(f"{output}  {width} x {height} pixels, {bits} bits, {steps.summary()}", markup=False)
+
+
+def _slopes(text: str) -> tuple[tuple[float, float], tuple[float, float]]:
+    """LOW:HIGH."""
+    try:
+        low, high = (float(part) for part in text.split(":"))
+    except ValueError:
+        low = high = -1.0
+    if not 0 <= low < high < float("inf"):
+        raise BadParameter(f"must be LOW:HIGH, ascending values per mm such as 20:100, not {text!r}", param_hint="'--emphasis'")
+    return (low, 0.0), (high, 1.0)
 
 
 def _surface(text: str) -> Surface:

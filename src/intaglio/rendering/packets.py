@@ -6,8 +6,12 @@ import math
 
 import numpy as np
 
-from intaglio.compute import helper
+from intaglio.compute import helper, kernel
 from intaglio.rendering.rows import pair, quad
+from intaglio.rendering.sampling import tricubic
+
+# Where gradients come from: the cell's own trilinear field, central differences, the tricubic B-spline.
+CELL, CENTRAL, SPLINE = 0, 1, 2
 
 # Samples in a packet; a block of 8 voxels holds about that many at half a voxel's step.
 LANES = 32
@@ -103,7 +107,7 @@ def values_and_slopes(voxels, grid, ray, first, step, count, out, gx, gy, gz):  
         gz[lane] = c1 - c0
 
 
-@helper
+@kernel
 def central_differences(voxels, grid, ray, first, step, count, h, shift, other, gx, gy, gz):  # type: ignore[no-untyped-def]
     """Gradient from six more values, h voxels away on either side, in index space; smooth across cells."""
     half = np.float32(0.5 / h)
@@ -179,6 +183,48 @@ def smooth_slopes(voxels, grid, ray, first, step, count, gx, gy, gz):  # type: i
         z0 = _lerp(c10 - _lerp(l0, r0, u), _lerp(m0, s0, u) - c00, w)
         z1 = _lerp(c11 - _lerp(l1, r1, u), _lerp(m1, s1, u) - c01, w)
         gz[lane] = _HALF * _lerp(z0, z1, v)
+
+
+@kernel
+def spline(voxels, ray, first, step, count, weights, jet, out, gx, gy, gz):  # type: ignore[no-untyped-def]
+    """Value and gradient of the tricubic B-spline; voxels (z, y, x), weights and jet are scratch of `tricubic`."""
+    nz, ny, nx = voxels.shape
+    for lane in range(count):
+        t = first + step * lane
+        x = min(max(ray[0] + t * ray[3], 0.0), nx - 1.0)
+        y = min(max(ray[1] + t * ray[4], 0.0), ny - 1.0)
+        z = min(max(ray[2] + t * ray[5], 0.0), nz - 1.0)
+        tricubic(voxels, x, y, z, weights, jet)
+        out[lane] = jet[0]
+        gx[lane], gy[lane], gz[lane] = jet[1], jet[2], jet[3]
+
+
+@helper
+def slopes(voxels, volume, grid, ray, first, step, count, gradient, reach, shift, weights, jet, other, gx, gy, gz):  # type: ignore[no-untyped-def]
+    """Gradients from the source asked for; voxels flat, volume the same in (z, y, x)."""
+    if gradient == CELL:
+        values_and_slopes(voxels, grid, ray, first, step, count, other, gx, gy, gz)
+    elif gradient == SPLINE:
+        spline(volume, ray, first, step, count, weights, jet, other, gx, gy, gz)
+    elif reach == 1.0:
+        smooth_slopes(voxels, grid, ray, first, step, count, gx, gy, gz)
+    else:
+        central_differences(voxels, grid, ray, first, step, count, reach, shift, other, gx, gy, gz)
+        shift[:] = 0.0
+
+
+@helper
+def steepness(gx, gy, gz, count, to_world, out):  # type: ignore[no-untyped-def]
+    """Magnitude of gradients in index space, in values per mm."""
+    m = to_world
+    m00, m01, m02 = np.float32(m[0, 0]), np.float32(m[0, 1]), np.float32(m[0, 2])
+    m10, m11, m12 = np.float32(m[1, 0]), np.float32(m[1, 1]), np.float32(m[1, 2])
+    m20, m21, m22 = np.float32(m[2, 0]), np.float32(m[2, 1]), np.float32(m[2, 2])
+    for lane in range(count):
+        x = m00 * gx[lane] + m10 * gy[lane] + m20 * gz[lane]
+        y = m01 * gx[lane] + m11 * gy[lane] + m21 * gz[lane]
+        z = m02 * gx[lane] + m12 * gy[lane] + m22 * gz[lane]
+        out[lane] = math.sqrt(x * x + y * y + z * z)
 
 
 @helper

@@ -16,45 +16,57 @@ from intaglio.errors import InputError
 from intaglio.lighting import DEFAULT_LIGHTS, Light, Material, packed_lights
 from intaglio.rendering.culling import tile_depths
 from intaglio.rendering.cutting import cut_blocks
-from intaglio.rendering.emission import TABLE_2D, integrate
+from intaglio.rendering.emission import BOUNDARIES, POST, PRE, PREINTEGRATED, integrate
+from intaglio.rendering.ghost import ghosts
+from intaglio.rendering.packets import CELL, CENTRAL, SPLINE
 from intaglio.rendering.projection import projection
 from intaglio.rendering.skipping import min_max_blocks
 from intaglio.rendering.translucent import trace_surfaces
 from intaglio.selection import Selection, packed_selections
 from intaglio.transfer_function import TransferFunction
+from intaglio.transfer_function_2d import TransferFunction2D
 from intaglio.volume import Volume
 
 Classify = Literal["pre", "post", "preintegrated"]
 Mode = Literal["emission-absorption", "mip", "minip", "average", "isosurface"]
 MODES: tuple[Mode, ...] = ("emission-absorption", "mip", "minip", "average", "isosurface")
-CLASSIFY: tuple[Classify, ...] = ("pre", "post", "preintegrated")
+CLASSIFY: dict[Classify, int] = {"pre": PRE, "post": POST, "preintegrated": PREINTEGRATED}
+Interpolation = Literal["trilinear", "tricubic"]
+Gradient = Literal["central", "cell", "tricubic"]
+INTERPOLATION: tuple[Interpolation, ...] = ("trilinear", "tricubic")
+GRADIENT: dict[Gradient, int] = {"central": CENTRAL, "cell": CELL, "tricubic": SPLINE}
 Surface = tuple[float, tuple[float, float, float], float]
 # A transfer function no opaquer than this over half a voxel makes fog, for whose light the slopes of single cells will do.
 FOG = 0.04
-# Entries of a transfer function's table.
+# Entries of a transfer function's table, and along each side of a pre-integrated one.
 TABLE = 4096
+TABLE_2D = 256
 
 
 def render(
     volume: Volume,
-    transfer_function: TransferFunction | None,
+    transfer_function: TransferFunction | TransferFunction2D | None,
     camera: Camera,
     *,
     mode: Mode = "emission-absorption",
     classify: Classify = "post",
     surfaces: Sequence[Surface] = (),
     step: float = 0.5,
+    interpolation: Interpolation = "trilinear",
+    gradient: Gradient | None = None,
+    reach: float = 1.0,
     lit: bool = True,
     lights: Sequence[Light] = DEFAULT_LIGHTS,
     material: Material | None = None,
     fade: float | None = None,
     selections: Sequence[Selection] = (),
+    ghost: float = 0.0,
     background: tuple[float, float, float, float] = (1.0, 1.0, 1.0, 1.0),
     progress: Progress | None = None,
 ) -> Image:
     """A picture of the volume, integrated along its rays in float32.
 
-    transfer_function  colours; None for isosurfaces, and for a projection in greys
+    transfer_function  colours, by value or by value and slope; None for isosurfaces, and for a projection in greys
     mode        "emission-absorption"; "mip", "minip" or "average": the largest, smallest or mean value of each ray,
                 coloured by the transfer function; "isosurface": the `surfaces`, semi-transparent
     classify    "post": interpolate values, then look up; "pre": look up voxels, then interpolate colours;
@@ -62,15 +74,22 @@ def render(
     surfaces    (isovalue, (red, green, blue), opacity) of each isosurface
     step        distance of samples, in the smallest voxel spacing; exact for a constant medium, the last sample
                 standing for what is left of the ray
+    interpolation  of values; "tricubic" smooths: the B-spline, many times slower
+    gradient    for light and slopes: "central" differences, `reach` voxels to either side (1 is what differences taken at the
+                voxels beforehand, and interpolated, would give); "cell", the slope of the trilinear field itself, which jumps
+                from cell to cell; "tricubic", the B-spline's. Default: central, but cell for fog, and tricubic with such values
     lit         Blinn-Phong light of each sample's gradient; unlit, the transfer function's colour is emitted as it is
     fade        slope, in values per mm, below which a sample has no normal; default 2 % of the range per smallest spacing
     selections  tools that cut the volume open, not in projections; cut faces are lit with the tools' normals
+    ghost       opacity of the rim of tools, shown as glass; 0 for not at all
     background  straight RGBA behind the volume
     Blocks in which nothing is visible are skipped; rays end when opaque. InputError for what cannot be rendered.
     """
     low, high = _checked(volume, transfer_function, mode, classify, surfaces, selections, step, fade, background)
+    _check_sampling(transfer_function, mode, classify, interpolation, gradient, reach, ghost)
     material = material or Material()
     if mode in ("mip", "minip", "average"):
+        assert not isinstance(transfer_function, TransferFunction2D)
         value = projection(volume, camera, mode, step=step, progress=progress)
         return Image(_over(_coloured(value, transfer_function, low, high), background))
 
@@ -102,35 +121,47 @@ def render(
     assert transfer_function is not None
     spacing = float(volume.spacing.min())
     mm = step * spacing
-    if classify == "preintegrated":
+    columns, steep, when = 1, 0.0, CLASSIFY[classify]
+    if isinstance(transfer_function, TransferFunction2D):
+        table = transfer_function.table(mm)
+        rows, columns = table.shape[:2]
+        low, high = transfer_function.low, transfer_function.high
+        steep, when = (columns - 1) / transfer_function.steepest, BOUNDARIES
+        scale = (rows - 1) / (high - low)
+        fog = False
+    elif classify == "preintegrated":
         from intaglio.rendering.preintegration import preintegrated_table
 
         table = preintegrated_table(transfer_function, low, high, size=TABLE_2D, step=mm)
-        scale = (TABLE_2D - 1) / (high - low)
+        columns, scale = TABLE_2D, (TABLE_2D - 1) / (high - low)
     else:
         table = transfer_function.table(low, high, TABLE, step=mm)
         scale = (TABLE - 1) / (high - low)
+    if isinstance(transfer_function, TransferFunction):
+        fog = bool(transfer_function.table(low, high, TABLE, step=0.5 * spacing)[:, 3].max() <= FOG)
+    if gradient is None:
+        gradient = "tricubic" if interpolation == "tricubic" else "cell" if fog else "central"
+    if gradient == "central" and min(volume.shape) < 4:
+        gradient = "cell"
     visible = transfer_function.visible(block_low, block_high) & (
         cut_blocks(volume, np.ones_like(block_low, np.uint8), heads) > 0
     )
     fade = 0.02 * (high - low) / spacing if fade is None else fade
     paper = np.array(background, dtype=np.float32)
     out[:] = paper
-    # Better slopes than those of single cells need voxels on both sides.
-    fog = transfer_function.table(low, high, TABLE, step=0.5 * spacing)[:, 3].max() <= FOG
-    thin = bool(fog or min(volume.shape) < 4)
+    veil = ghosts(selections, camera, ghost, lights) if ghost and selections else np.zeros((0, 0, 5), dtype=np.float32)
     depths = tile_depths(volume, visible, camera)
     tiles(
-        integrate, (h, w), *field, frozen(visible), heads, data, *rays, frozen(table).reshape(-1), low, scale,
-        CLASSIFY.index(classify), lit, float(fade), lamps, shading, shine, mm, thin, *depths, paper, out, tile=64,
-        progress=progress,
+        integrate, (h, w), *field, frozen(visible), heads, data, *rays, frozen(table).reshape(-1), low, scale, columns,
+        steep, when, interpolation == "tricubic", GRADIENT[gradient], float(reach), lit, float(fade), lamps, shading, shine, mm,
+        *depths, veil, paper, out, tile=64, progress=progress,
     )  # fmt: skip
     return Image(out)
 
 
 def _checked(
     volume: Volume,
-    transfer_function: TransferFunction | None,
+    transfer_function: TransferFunction | TransferFunction2D | None,
     mode: str,
     classify: str,
     surfaces: Sequence[Surface],
@@ -165,6 +196,29 @@ def _checked(
     if len(background) != 4 or not all(0 <= c <= 1 for c in background):
         raise InputError(f"background must be four numbers within 0..1, not {background!r}")
     return low, max(high, low + 1e-6 * max(1.0, abs(low)))
+
+
+def _check_sampling(
+    transfer_function: TransferFunction | TransferFunction2D | None,
+    mode: str,
+    classify: str,
+    interpolation: str,
+    gradient: str | None,
+    reach: float,
+    ghost: float,
+) -> None:
+    if interpolation not in INTERPOLATION:
+        raise InputError(f"interpolation must be one of {', '.join(INTERPOLATION)}, not {interpolation!r}")
+    if interpolation == "tricubic" and (mode != "emission-absorption" or classify != "post"):
+        raise InputError('interpolation can be tricubic only in mode "emission-absorption" with classify="post"')
+    if gradient is not None and gradient not in GRADIENT:
+        raise InputError(f"gradient must be one of {', '.join(GRADIENT)}, not {gradient!r}")
+    if not 0.01 <= reach <= 16:
+        raise InputError(f"reach must be between 0.01 and 16 voxels, not {reach!r}")
+    if not 0 <= ghost <= 1:
+        raise InputError(f"ghost must be an opacity between 0 and 1, not {ghost!r}")
+    if isinstance(transfer_function, TransferFunction2D) and (mode != "emission-absorption" or classify != "post"):
+        raise InputError('a 2-D transfer function needs mode "emission-absorption" and classify="post"')
 
 
 def _coloured(

@@ -158,3 +158,37 @@ class TestPicture:
         volume = noise()
         with pytest.raises(InputError, match="step must be between"):
             ig.render(volume, None, along_y(volume), mode="mip", step=0)
+
+
+class TestCut:
+    """A plane across the rays: what lies in front of it does not count."""
+
+    def volume(self) -> ig.Volume:
+        """Value and millimetre along y are the same."""
+        return ig.Volume.from_array(np.broadcast_to(np.arange(21.0)[:, None], (11, 21, 13)).astype(np.float32))
+
+    @pytest.mark.parametrize(("mode", "want"), [("mip", 8.0), ("minip", 0.0), ("average", 4.0)])
+    def test_only_what_is_kept_counts(self, mode, want):
+        volume = self.volume()
+        plane = ig.Selection.plane((0, 8.01, 0), (0, 1, 0))
+        camera = along_y(volume)
+        got = projection(volume, camera, mode, step=0.05, selections=[plane])
+        hit = ~np.isnan(projection(volume, camera, mode))
+        np.testing.assert_allclose(got[hit], want, atol=0.06)
+
+    @pytest.mark.parametrize("mode", ["mip", "minip", "average"])
+    def test_where_nothing_is_kept_there_is_nothing(self, mode):
+        volume = self.volume()
+        away = ig.Selection.plane((0, -5, 0), (0, 1, 0))
+        assert np.isnan(projection(volume, along_y(volume), mode, selections=[away])).all()
+        image = ig.render(volume, None, along_y(volume), mode=mode, selections=[away], background=(1, 0, 0, 1))
+        assert (image.array == np.float32([1, 0, 0, 1])).all()
+
+    @pytest.mark.parametrize("mode", ["mip", "minip", "average"])
+    def test_a_tool_that_cuts_nothing_changes_nothing(self, mode):
+        volume = noise()
+        beside = ig.Selection.plane((0, 100, 0), (0, 1, 0))
+        camera = ig.Camera.looking("anterior-left", volume, (20, 20))
+        np.testing.assert_allclose(
+            projection(volume, camera, mode, selections=[beside]), projection(volume, camera, mode), atol=1e-5
+        )

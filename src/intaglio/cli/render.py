@@ -152,8 +152,6 @@ def render(
     lights = lamps(light)
     looking = lens(perspective, distance, zoom, roll)
     check_cuts(cut)
-    if cut and how in ("mip", "minip", "average"):
-        raise BadParameter(f"cannot open a projection; leave out --mode {how}", param_hint="'--cut'")
     function = TransferFunction.read(tf) if tf is not None else None
     with running() as steps:
         volume = read(steps, scan, raw, spacing, fill, series, index)

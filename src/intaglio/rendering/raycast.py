@@ -80,17 +80,17 @@ def render(
                 from cell to cell; "tricubic", the B-spline's. Default: central, but cell for fog, and tricubic with such values
     lit         Blinn-Phong light of each sample's gradient; unlit, the transfer function's colour is emitted as it is
     fade        slope, in values per mm, below which a sample has no normal; default 2 % of the range per smallest spacing
-    selections  tools that cut the volume open, not in projections; cut faces are lit with the tools' normals
+    selections  tools that cut the volume open; cut faces are lit with the tools' normals
     ghost       opacity of the rim of tools, shown as glass; 0 for not at all
     background  straight RGBA behind the volume
     Blocks in which nothing is visible are skipped; rays end when opaque. InputError for what cannot be rendered.
     """
-    low, high = _checked(volume, transfer_function, mode, classify, surfaces, selections, step, fade, background)
+    low, high = _checked(volume, transfer_function, mode, classify, surfaces, step, fade, background)
     _check_sampling(transfer_function, mode, classify, interpolation, gradient, reach, ghost)
     material = material or Material()
     if mode in ("mip", "minip", "average"):
         assert not isinstance(transfer_function, TransferFunction2D)
-        value = projection(volume, camera, mode, step=step, progress=progress)
+        value = projection(volume, camera, mode, step=step, selections=selections, progress=progress)
         return Image(_over(_coloured(value, transfer_function, low, high), background))
 
     world_rays = camera.rays()
@@ -165,7 +165,6 @@ def _checked(
     mode: str,
     classify: str,
     surfaces: Sequence[Surface],
-    selections: Sequence[Selection],
     step: float,
     fade: float | None,
     background: tuple[float, float, float, float],
@@ -187,8 +186,6 @@ def _checked(
             raise InputError(f"{volume.name}: iso must be within the volume's values, above {low:g} up to {high:g}, not {iso!r}")
         if len(colour) != 3 or not all(0 <= c <= 1 for c in (*colour, opacity)):
             raise InputError(f"colour and opacity of a surface must be within 0..1, not {colour!r}, {opacity!r}")
-    if selections and mode in ("mip", "minip", "average"):
-        raise InputError(f"selections must be empty for mode {mode!r}: a projection cannot be cut open yet")
     if not 0.01 <= step <= 16:
         raise InputError(f"step must be between 0.01 and 16 voxels, not {step!r}")
     if fade is not None and not 0 <= fade < math.inf:

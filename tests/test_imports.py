@@ -29,6 +29,7 @@ NOUNS = (
     "piecewise",
     "transfer_presets",
     "transfer_function",
+    "transfer_function_2d",
     "lighting",
     "gbuffer",
     "drawing",

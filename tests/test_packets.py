@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from intaglio.compute import frozen, kernel, lanes
+from intaglio.compute import frozen, kernel, lanes, pair, quad
 from intaglio.rendering.packets import LANES, central_differences, smooth_slopes
-from intaglio.rendering.rows import pair, quad
 
 TYPES = [np.uint8, np.int8, np.uint16, np.int16, np.uint32, np.int32, np.int64, np.float32, np.float64]
 

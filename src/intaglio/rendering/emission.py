@@ -9,12 +9,11 @@ import math
 
 import numpy as np
 
-from intaglio.compute import helper, kernel, lanes
+from intaglio.compute import helper, kernel, lanes, pair
 from intaglio.rendering.culling import TILE
 from intaglio.rendering.cutting import kept, slopes_of_cut
 from intaglio.rendering.first_hit import next_block, ray_at, span
 from intaglio.rendering.packets import CELL, LANES, light_packet, slopes, spline, steepness, values, values_and_slopes
-from intaglio.rendering.rows import pair
 from intaglio.rendering.sampling import trilinear
 
 # When colours are looked up; BOUNDARIES by value and slope.

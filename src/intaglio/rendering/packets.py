@@ -6,8 +6,7 @@ import math
 
 import numpy as np
 
-from intaglio.compute import helper, kernel
-from intaglio.rendering.rows import pair, quad
+from intaglio.compute import helper, kernel, pair, quad
 from intaglio.rendering.sampling import tricubic
 
 # Where gradients come from: the cell's own trilinear field, central differences, the tricubic B-spline.

@@ -12,12 +12,19 @@ if TYPE_CHECKING:
     from intaglio.drawing import Drawing as Drawing, Image as Image
     from intaglio.errors import InputError as InputError
     from intaglio.gbuffer import GBuffer as GBuffer
-    from intaglio.ink.styles import Hatching as Hatching, styles as styles
+    from intaglio.ink.styles import Hatching as Hatching, style as style, styles as styles
     from intaglio.io.meshes import read_mesh as read_mesh
     from intaglio.io.volumes import read_volume as read_volume
     from intaglio.lighting import Light as Light, Material as Material
     from intaglio.mesh import TriangleMesh as TriangleMesh
-    from intaglio.plate import draw as draw, hatch as hatch, surface_camera as surface_camera
+    from intaglio.parts import Part as Part, parts_of as parts_of
+    from intaglio.plate import (
+        draw as draw,
+        hatch as hatch,
+        illustrate as illustrate,
+        parts_camera as parts_camera,
+        surface_camera as surface_camera,
+    )
     from intaglio.rendering.isosurface import isosurface as isosurface
     from intaglio.rendering.isovalue import body_surface as body_surface
     from intaglio.rendering.progressive import refinements as refinements
@@ -38,6 +45,7 @@ _PUBLIC = {
     "InputError": "errors",
     "Light": "lighting",
     "Material": "lighting",
+    "Part": "parts",
     "Selection": "selection",
     "TransferFunction": "transfer_function",
     "TransferFunction2D": "transfer_function_2d",
@@ -46,12 +54,16 @@ _PUBLIC = {
     "body_surface": "rendering.isovalue",
     "draw": "plate",
     "hatch": "plate",
+    "illustrate": "plate",
     "isosurface": "rendering.isosurface",
+    "parts_camera": "plate",
+    "parts_of": "parts",
     "read_mesh": "io.meshes",
     "read_volume": "io.volumes",
     "refinements": "rendering.progressive",
     "render": "rendering.raycast",
     "shade": "rendering.shade",
+    "style": "ink.styles",
     "styles": "ink.styles",
     "surface_camera": "plate",
 }

@@ -3,31 +3,35 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
+
+import numpy as np
 
 from intaglio.camera import Camera
 from intaglio.compute import Progress
-from intaglio.drawing import Drawing
+from intaglio.drawing import Drawing, Layer
 from intaglio.errors import InputError
 from intaglio.gbuffer import GBuffer
 from intaglio.ink.hatching import hatching_layers
 from intaglio.ink.lines import line_layers
 from intaglio.ink.styles import Hatching, style as named_style
+from intaglio.ink.visibility import Clearance, clearance, hide, surround, visible
 from intaglio.lighting import Light, Material
+from intaglio.parts import ISLANDS, Part, faded, parts_of
 from intaglio.rendering.isosurface import isosurface
-from intaglio.rendering.isovalue import body_surface
-from intaglio.rendering.skipping import SURFACE, surface_blocks, surface_corners
 from intaglio.selection import Selection
+from intaglio.transfer_function import TransferFunction
 from intaglio.volume import Volume
 
 # A key from the upper left, and a weak lamp beside the viewer that models what the key leaves in shadow.
 PLATE_LIGHTS = (Light(intensity=0.72), Light(direction=(0.5, 0.0, 0.8), intensity=0.25))
 PLATE_MATERIAL = Material(ambient=0.06, diffuse=0.95, specular=0.12, shininess=12.0)
 
-# Pieces smaller than this part of the largest one are dust, cables or a corner of the table.
-ISLANDS = 0.01
 # How finely a surface is seen for a plate, if nobody says.
 RAYS_PER_MM = 6.4
+# Paper left free beside a contour in what lies behind it, mm.
+HALO = 0.5
 
 
 def surface_camera(
@@ -40,12 +44,25 @@ def surface_camera(
     islands: float = ISLANDS,
     **options: Any,
 ) -> Camera:
-    """`Camera.looking` at the part of the volume that holds the surface, so that empty margins of a scan do not count.
+    """`parts_camera` for one isosurface."""
+    return parts_camera([Part(volume=volume, iso=iso, islands=islands)], view, size, width_mm=width_mm, **options)
+
+
+def parts_camera(
+    parts: Sequence[Part],
+    view: Any = "anterior",
+    size: int | tuple[int, int] | None = None,
+    *,
+    width_mm: float = 160.0,
+    **options: Any,
+) -> Camera:
+    """`Camera.looking` at the blocks of the volumes that hold surfaces, so that empty margins of a scan do not count.
 
     size  as there; by default 6.4 pixels for each mm of a plate `width_mm` wide
     """
-    blocks = surface_blocks(volume, iso, islands)
-    points = surface_corners(volume, blocks) if (blocks == SURFACE).any() else volume
+    if not parts:
+        raise InputError("parts must hold at least one Part, not none")
+    points = np.concatenate([part.corners for part in parts])
     camera = Camera.looking(view, points, size or 1024, **options)
     if size is None:
         across, longer = camera.size[0], max(camera.size)
@@ -63,22 +80,93 @@ def draw(
     progress: Progress | None = None,
 ) -> Drawing:
     """Hatching, feature lines and contours of what is in a G-buffer, on paper `width_mm` wide."""
+    mm = _pixel_on_paper(gb.camera, width_mm)
+    layers = hatching_layers(gb, hatching, mm, seed=seed, progress=progress) + line_layers(gb, hatching, mm)
+    return Drawing(tuple(layers), width_mm, gb.camera.size[1] * mm, hatching.paper, title)
+
+
+def _pixel_on_paper(camera: Camera, width_mm: float) -> float:
     if not 5 <= width_mm <= 5000:
         raise InputError(f"width_mm must be between 5 and 5000, not {width_mm!r}")
-    width, height = gb.camera.size
-    mm = width_mm / width
-    layers = hatching_layers(gb, hatching, mm, seed=seed, progress=progress) + line_layers(gb, hatching, mm)
-    return Drawing(tuple(layers), width_mm, height * mm, hatching.paper, title)
+    return width_mm / camera.size[0]
+
+
+def _seen(i: int, parts: Sequence[Part], surfaces: list[GBuffer], drawn: list[list[Layer]], mm: float, halo: float) -> Clearance:
+    """Where strokes of part i are seen: not behind opaque parts, nor beside contours that pass in front."""
+    free = clearance(surfaces[i])
+    for j, other in enumerate(parts):
+        if j == i:
+            continue
+        if other.opacity == 1:
+            hide(free, surfaces[i], surfaces[j])
+        for layer in drawn[j]:
+            if layer.name == "contour" and halo > 0:
+                surround(free, surfaces[i], surfaces[j], layer.strokes, mm, halo)
+    return free
+
+
+def illustrate(
+    parts: Sequence[Part],
+    *,
+    camera: Camera | None = None,
+    seed: int = 0,
+    width_mm: float = 160.0,
+    halo: float = HALO,
+    paper: str | None = None,
+    lights: Sequence[Light] = PLATE_LIGHTS,
+    material: Material = PLATE_MATERIAL,
+    title: str = "",
+    progress: Progress | None = None,
+) -> Drawing:
+    """Draw several surfaces on one plate: those behind transparent ones show through, those behind opaque ones do not.
+
+    parts   what is drawn, the last one's strokes on top
+    camera  default: anterior, fitted to all parts
+    halo    mm left free on both sides of a contour in what lies behind it (Appel et al. 1979)
+    paper   "#rrggbb"; default: that of the first part's style
+
+    Skin as a veil, the skull under it in pencil:
+    `illustrate([Part(volume=v, iso=0.2, opacity=0.3, lines_only=True), Part(volume=v, iso=0.55)])`.
+    A liver of a label volume: `Part(volume=labels, label=5, style="engraving", colour="#8a2b1a")`.
+    Cavities: `Part(volume=v, iso=(-math.inf, 600))`. Equal parts and seed give an equal Drawing.
+    """
+    if not 0 <= halo <= 20:
+        raise InputError(f"halo must be between 0 and 20 mm, not {halo!r}")
+    if not parts:
+        raise InputError("parts must hold at least one Part, not none")
+    camera = camera or parts_camera(parts, width_mm=width_mm)
+    mm = _pixel_on_paper(camera, width_mm)
+    surfaces: list[GBuffer] = []
+    drawn: list[list[Layer]] = []
+    for part in parts:
+        volume, iso, inside = part.body
+        gb = isosurface(
+            volume, iso, camera, lights=lights, material=material, inside=inside, islands=part.islands,
+            selections=part.selections, progress=progress,
+        )  # fmt: skip
+        tone = [] if part.lines_only else hatching_layers(gb, part.hatching, mm, seed=seed, progress=progress)
+        surfaces.append(gb)
+        drawn.append(tone + line_layers(gb, part.hatching, mm))
+    layers: list[Layer] = []
+    for i, part in enumerate(parts):
+        free = _seen(i, parts, surfaces, drawn, mm, halo)
+        prefix = f"{part.title}: " if len(parts) > 1 else ""
+        for layer in drawn[i]:
+            layers.append(replace(faded(visible(layer, free, mm), part.opacity), name=prefix + layer.name))
+    paper = paper or parts[0].hatching.paper
+    return Drawing(tuple(layers), width_mm, camera.size[1] * mm, paper, title or ", ".join(part.title for part in parts))
 
 
 def hatch(
     volume: Volume,
     *,
     iso: float | None = None,
+    transfer_function: TransferFunction | None = None,
     camera: Camera | None = None,
     style: str | Hatching = "pencil",
     seed: int = 0,
     width_mm: float = 160.0,
+    halo: float = HALO,
     islands: float = ISLANDS,
     selections: Sequence[Selection] = (),
     lights: Sequence[Light] = PLATE_LIGHTS,
@@ -89,17 +177,26 @@ def hatch(
     """Hatch the isosurface of a volume: G-buffer, direction field, streamlines, strokes, contours.
 
     iso         default: the surface of the body, as `body_surface` finds it
+    transfer_function  instead of iso: all the surfaces that it shows, see `parts_of`
     camera      default: anterior, fitted to the surface; its image sets the plate's proportions and fineness
     style       a name from `styles()`, or a Hatching; single parameters of it may be given as keywords
     width_mm    of the paper
+    halo        see `illustrate`, which draws any surfaces of any volumes
     islands     pieces smaller than this part of the largest one are left out
     selections  tools that cut the body open
     Equal input and seed give an equal Drawing, whatever the number of threads. InputError for what cannot be drawn.
     """
     hatching = named_style(style, **parameters)
-    iso = body_surface(volume)[0] if iso is None else iso
-    camera = camera or surface_camera(volume, iso, width_mm=width_mm, islands=islands)
-    gb = isosurface(
-        volume, iso, camera, lights=lights, material=material, islands=islands, selections=selections, progress=progress
-    )
-    return draw(gb, hatching, width_mm=width_mm, seed=seed, title=f"{volume.name}, iso {iso:g}", progress=progress)
+    if transfer_function is None:
+        parts = [Part(volume=volume, iso=iso, style=hatching)]
+        title = f"{volume.name}, iso {parts[0].body[1]:g}"
+    elif iso is not None:
+        raise InputError(f"iso must not be given with a transfer function, which says where surfaces are, not {iso!r}")
+    else:
+        parts = parts_of(volume, transfer_function, style=hatching)
+        title = f"{volume.name}, {transfer_function.name}"
+    parts = [replace(part, islands=islands, selections=tuple(selections)) for part in parts]
+    return illustrate(
+        parts, camera=camera, seed=seed, width_mm=width_mm, halo=halo, lights=lights, material=material, title=title,
+        progress=progress,
+    )  # fmt: skip

@@ -28,7 +28,8 @@ def demo(
     from intaglio.datasets import head
     from intaglio.ink.styles import style
     from intaglio.io.plates import check_output
-    from intaglio.plate import ISLANDS, PLATE_LIGHTS, PLATE_MATERIAL, draw, surface_camera
+    from intaglio.parts import ISLANDS
+    from intaglio.plate import PLATE_LIGHTS, PLATE_MATERIAL, draw, surface_camera
     from intaglio.rendering.isosurface import isosurface
     from intaglio.rendering.isovalue import body_surface
     from intaglio.rendering.shade import shade

@@ -86,7 +86,8 @@ def hatch(
     """  # fmt: skip
     from intaglio.camera import view_direction
     from intaglio.io.plates import check_output
-    from intaglio.plate import ISLANDS, PLATE_MATERIAL, draw, surface_camera
+    from intaglio.parts import ISLANDS
+    from intaglio.plate import PLATE_MATERIAL, draw, surface_camera
     from intaglio.rendering.isosurface import isosurface
     from intaglio.rendering.isovalue import body_surface
 

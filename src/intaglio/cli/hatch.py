@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
-from typer import Option
+from typer import BadParameter, Option
 
 from intaglio.cli.console import out, running, say
 from intaglio.cli.cuts import Cut, check_cuts, selections_of
@@ -29,6 +30,7 @@ from intaglio.cli.options import (
     read,
     with_options,
 )
+from intaglio.cli.surfaces import Function, Halo, LabelFile, Labels, Surfaces, function_of, label_of, present, surface_of
 from intaglio.errors import InputError
 from intaglio.ink.styles import STYLES, Hatching, style as named_style
 
@@ -49,6 +51,11 @@ def hatch(
     iso: Annotated[float | None, number("--iso", "Value where the surface is; without it, the body's surface")] = None,
     islands: Annotated[float | None, number("--islands", f"Leave out pieces {SMALL}", 0, 1)] = None,
     style: Annotated[str, Option("--style", metavar="NAME", help=f"One of {', '.join(STYLES)}.")] = "pencil",
+    surface: Surfaces = None,
+    labels: LabelFile = None,
+    label: Labels = None,
+    tf: Function = None,
+    halo: Halo = 0.5,
     cut: Cut = None,
     seed: Annotated[int, number("--seed", "Of the hand's randomness: equal seed, equal plate", 0, kind=int)] = 0,
     width: Annotated[float, number("--width", "Width of the paper: wider holds more strokes", 5, 5000, unit="MM", **PAPER)] = 160,
@@ -69,7 +76,7 @@ def hatch(
     index: Index = None,
     **parameters: Any,
 ) -> None:
-    """Draw a surface of a scan with hatching and contours.
+    """Draw surfaces of a scan with hatching and contours.
 
     `intaglio hatch head.nii.gz -o head.svg`
 
@@ -79,22 +86,41 @@ def hatch(
 
     `intaglio hatch engine.raw --raw 256x256x128,uint8 --view 1,1,1 -o engine.png`
 
-    `intaglio info SCAN` tells which values --iso can take.
+    `intaglio hatch head.nii.gz --surface 0.2:contour --surface 0.55:pencil`
+
+    `intaglio hatch ct.nii.gz --surface=-300:contour --labels organs.nii.gz --label 5:engraving:#8a2b1a`
+
+    `intaglio hatch ct.nii.gz --tf ct-tissues`
+
+    `intaglio info SCAN` tells which values surfaces can have. What is not 100% opaque, such as a contour, shows what is behind.
 
     Styles: **pencil** is soft, layers of short strokes; **pen-and-ink** bold, one layer of lines that swell;
     **engraving** fine and even, crossed in the dark.
     """  # fmt: skip
     from intaglio.camera import view_direction
     from intaglio.io.plates import check_output
-    from intaglio.parts import ISLANDS
-    from intaglio.plate import PLATE_MATERIAL, draw, surface_camera
-    from intaglio.rendering.isosurface import isosurface
+    from intaglio.io.volumes import read_volume
+    from intaglio.parts import ISLANDS, Part, parts_of
+    from intaglio.plate import PLATE_MATERIAL, illustrate, parts_camera
     from intaglio.rendering.isovalue import body_surface
+    from intaglio.transfer_function import TransferFunction
 
     check_output(output)
     if plotter and output.suffix.lower() != ".svg":
         raise InputError(f"--plotter needs an .svg output, not {output.name!r}")
-    hatching = named_style(style, **{k: v for k, v in parameters.items() if v is not None})
+    given = {k: v for k, v in parameters.items() if v is not None}
+
+    def styled(name: str | None) -> Hatching:
+        return named_style(name or style, **given)
+
+    hatching = styled(None)
+    surfaces = [surface_of(text, styled) for text in surface or ()]
+    bodies = [label_of(text, styled) for text in label or ()]
+    if (labels is None) != (not bodies):
+        raise BadParameter("needs --labels FILE" if bodies else "needs --label NUMBERS", param_hint="'--label'")
+    function = function_of(tf)
+    if sum(map(bool, (iso is not None, tf, surfaces or bodies))) > 1:
+        raise BadParameter("cannot be given together; --surface alone says it all", param_hint="'--iso', '--tf', '--surface'")
     view_direction(view)
     lights = lamps(light)
     pieces = ISLANDS if islands is None else islands
@@ -102,18 +128,28 @@ def hatch(
     looking = lens(perspective, distance, zoom, roll)
     with running() as steps:
         volume = read(steps, scan, raw, spacing, fill, series, index)
-        with steps.step("surface") as progress:
-            if iso is None:
-                iso, what = body_surface(volume)
-                say(f"note: no --iso given; drawing {iso:g}, {what}")
-            camera = surface_camera(volume, iso, view, size, width_mm=width, islands=pieces, **looking)
-            tools = selections_of(cut, volume)
-            gb = isosurface(
-                volume, iso, camera, lights=lights, material=PLATE_MATERIAL, islands=pieces, selections=tools, progress=progress
-            )
+        tools = tuple(selections_of(cut, volume))
+        with steps.step("surfaces"):
+            if function is not None:
+                function = TransferFunction.preset(function, volume.range) if isinstance(function, str) else function
+                parts = parts_of(volume, function, style=hatching)
+            elif surfaces or bodies:
+                parts = [Part(volume=volume, **part) for part in surfaces]
+                of = read_volume(labels) if labels is not None else volume
+                parts += [Part(volume=of, **part | {"label": present(part["label"], of)}) for part in bodies]
+            else:
+                if iso is None:
+                    iso, what = body_surface(volume)
+                    say(f"note: no --iso given; drawing {iso:g}, {what}")
+                parts = [Part(volume=volume, iso=iso, style=hatching)]
+            parts = [replace(part, islands=pieces, selections=tools) for part in parts]
+            camera = parts_camera(parts, view, size, width_mm=width, **looking)
         with steps.step("strokes") as progress:
-            title = f"{volume.name}, iso {iso:g}, {view}"
-            plate = draw(gb, hatching, width_mm=width, seed=seed, title=title, progress=progress)
+            title = f"{volume.name}, {', '.join(part.title for part in parts)}, {view}"
+            plate = illustrate(
+                parts, camera=camera, seed=seed, width_mm=width, halo=halo, lights=lights, material=PLATE_MATERIAL,
+                title=title, progress=progress,
+            )  # fmt: skip
         with steps.step("writing"):
             plate.save(output, dpi=dpi, plotter=plotter)
     strokes = sum(len(layer.strokes) for layer in plate.layers)

@@ -63,9 +63,10 @@ def _halo(points, offsets, depths, radii, behind, tie, clearance):  # type: igno
             ax, ay = points[i, 0], points[i, 1]
             dx, dy = points[i + 1, 0] - ax, points[i + 1, 1] - ay
             depth = min(depths[i], depths[i + 1]) + tie
-            radius = max(radii[i], radii[i + 1])
-            if radius <= 0.0:
+            # Beneath the line, and not only beside it: seen at a grazing angle, depth changes much from pixel to pixel.
+            if depth >= behind[min(max(int(ay), 0), h - 1), min(max(int(ax), 0), w - 1)]:
                 continue
+            radius = max(radii[i], radii[i + 1])
             # Two pixels more, so that what is interpolated across the border is right.
             reach = radius + 2.0
             length = max(dx * dx + dy * dy, np.float32(1e-12))
@@ -79,11 +80,12 @@ def _halo(points, offsets, depths, radii, behind, tie, clearance):  # type: igno
 
 
 def _near(gb: GBuffer) -> Floats:
-    """Depth as a contour has it, which lies between two pixels: that of the nearer one, and a pixel beyond the outline."""
+    """Depth as a contour has it, which lies between two pixels: the nearest of 3 x 3; beyond the outline it goes on a little."""
     from scipy import ndimage
 
     if gb not in _nearest:
-        _nearest[gb] = ndimage.minimum_filter(gb.depth, 3, mode="nearest")
+        near = ndimage.minimum_filter(gb.depth, 3, mode="nearest")
+        _nearest[gb] = np.where(np.isinf(near), ndimage.minimum_filter(near, 5, mode="nearest"), near)
     return _nearest[gb]
 
 
@@ -115,7 +117,7 @@ def _pixels(points: Floats, shape: tuple[int, ...]) -> NDArray[np.int64]:
     return np.asarray(inside.T, dtype=np.int64)
 
 
-def visible(layer: Layer, free: Clearance, mm_per_pixel: float, shortest: float = 0.4) -> Layer:
+def visible(layer: Layer, free: Clearance, mm_per_pixel: float, shortest: float = 1.0) -> Layer:
     """A layer's strokes and dots where the clearance is positive; cut at sub-pixel places, scraps below `shortest` mm dropped."""
     if np.isinf(free).all():
         return layer

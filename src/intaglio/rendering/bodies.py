@@ -93,8 +93,8 @@ def between(volume: Volume, low: float, high: float) -> Volume:
     film = mask[box] & ~body[box]
     if low > -math.inf and film.any():
         # Where it has been taken off, the matter's rim follows the voxels' steps.
-        share = ndimage.gaussian_filter(ndimage.maximum_filter(film.astype(np.float32), 3), 1.0)
-        outside += share * (ndimage.gaussian_filter(outside, 1.0) - outside)
+        share = ndimage.gaussian_filter(ndimage.maximum_filter(film.astype(np.float32), 5), 1.0)
+        outside += share * (ndimage.gaussian_filter(outside, 1.5) - outside)
     return _cropped(volume, box, outside, f"{volume.name}, {low:g} to {high:g}")
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -370,3 +371,28 @@ def crossings(volume: Volume, camera: Camera, x: float, y: float, isovalues: Seq
                 a, b = (m, b) if (field(m)[0] < iso) == (values[i] < iso) else (a, m)
             found.append((float(b), n))
     return sorted(found)
+
+
+def distance_to_line(places: ArrayLike, points: ArrayLike) -> Array:
+    """(n,) distance of places (n, 2) to the polyline through points (m, 2)."""
+    p, line = np.asarray(places, dtype=np.float64), np.asarray(points, dtype=np.float64)
+    least = np.full(len(p), np.inf)
+    for a, b in pairwise(line):
+        along = b - a
+        t = np.clip((p - a) @ along / max(along @ along, 1e-300), 0.0, 1.0)
+        least = np.minimum(least, np.linalg.norm(p - a - t[:, None] * along, axis=1))
+    return least
+
+
+def shells(radii: Sequence[float], values: Sequence[float], shape: tuple[int, int, int], soft: float = 1.0) -> Volume:
+    """Balls around the origin in each other, in mm and voxels of 1 mm: the first value outside, one more within each radius.
+
+    Values pass into one another over about `soft` mm.
+    """
+    z, y, x = np.indices(shape, dtype=np.float64)
+    matrix = centred(shape)
+    r = np.linalg.norm(np.stack([x, y, z], axis=-1) @ matrix[:3, :3].T + matrix[:3, 3], axis=-1)
+    total = np.full(shape, float(values[0]))
+    for radius, before, after in zip(radii, values, values[1:], strict=False):
+        total += (after - before) / (1.0 + np.exp(np.clip(4.0 * (r - radius) / soft, -60.0, 60.0)))
+    return Volume(total.astype(np.float32), matrix)

@@ -132,9 +132,7 @@ def parts_of(volume: Volume, transfer_function: TransferFunction, *, style: str 
     InputError if the function shows no surface.
     """
     low, high = volume.range
-    peaks = [
-        p for p in transfer_function.surfaces() if p.opacity > 0 and p.threshold < high and p.ceiling > low and p.value >= low
-    ]
+    peaks = [p for p in transfer_function.surfaces() if p.opacity > 0 and p.threshold < high and p.ceiling > low]
     if not peaks:
         raise InputError(
             f"{transfer_function.name}: its opacity has no maximum between {low:g} and {high:g}, the values of {volume.name}; "

@@ -141,7 +141,7 @@ def _cut(strokes: Strokes, free: Clearance, mm_per_pixel: float, shortest: float
 
     def with_crossings(data: Floats) -> Floats:
         t = part.reshape(-1, *[1] * (data.ndim - 1))
-        return np.insert(data, at + 1, data[at] * (1 - t) + data[at + 1] * t, axis=0)
+        return np.insert(data, at + 1, data[at] + t * (data[at + 1] - data[at]), axis=0)
 
     points, width, opacity = (with_crossings(a) for a in (strokes.points, strokes.width, strokes.opacity))
     offsets = strokes.offsets + np.searchsorted(at, strokes.offsets)

@@ -50,11 +50,11 @@ def _enclosed(mask: Mask) -> Mask:
 
 
 def _thick(mask: Mask) -> Mask:
-    """The opening of a mask by a cube of 3 voxels: what is thinner in any direction goes."""
+    """A mask without what is thinner than 3 voxels in any direction: opened by a cube, whose corners round bodies get back."""
     from scipy import ndimage
 
     core = ndimage.minimum_filter(mask.view(np.uint8), 3, mode="nearest")
-    return np.asarray(ndimage.maximum_filter(core, 3, mode="constant") & mask.view(np.uint8), dtype=bool)
+    return np.asarray(ndimage.maximum_filter(core, 5, mode="constant") & mask.view(np.uint8), dtype=bool)
 
 
 def _matter(volume: Volume, low: float, high: float) -> tuple[Mask, Mask]:

@@ -234,9 +234,10 @@ class TestIllustrate:
         assert 0.85 < gap[1] < 1.0 + widest + 0.15
         assert np.array_equal(points(plain, "near"), points(haloed, "near"))
         alone = illustrate(parts[:1], camera=view, width_mm=75)
-        left = points(alone, "")[:, 0] < centre[0] - radius - 2
+        strokes = points(alone, "hatching")
+        left = strokes[:, 0] < centre[0] - radius - 2
         assert left.any()
-        assert np.isin(points(alone, "")[left, 0], points(plain, "far")[:, 0]).all()
+        assert np.isin(strokes[left, 0], points(plain, "far: hatching")[:, 0]).all()
 
     def test_parts_off_the_picture_draw_nothing_and_hide_nothing(self):
         away = Volume(nested().array, oracle.centred(SHAPE) + np.array([[0, 0, 0, 500.0], *[[0] * 4] * 3]))
@@ -317,10 +318,16 @@ class TestTransferFunction:
 
     @pytest.mark.parametrize(
         "values",
-        [[(0, "#ffffff", 0.0), (300, "#ffffff", 0.0)], [(0, "#ffffff", 0.5)], [(900, "#ffffff", 0.0), (950, "#ffffff", 1.0)]],
+        [
+            [(0, "#ffffff", 0.0), (300, "#ffffff", 0.0)],
+            [(0, "#ffffff", 0.5)],
+            [(900, "#ffffff", 0.0), (950, "#ffffff", 1.0)],
+            [(-50, "#ffffff", 0.0), (300, "#ffffff", 1.0)],
+            [(0, "#ffffff", 0.5), (50, "#ffffff", 0.0)],
+        ],
     )
     def test_without_surfaces_it_is_refused(self, values):
-        with pytest.raises(InputError, match=r"no maximum between .*mapped"):
+        with pytest.raises(InputError, match=r"no maximum that begins between .*mapped"):
             hatch(nested(), transfer_function=TransferFunction.from_points(values))
 
     def test_iso_and_transfer_function_exclude_each_other(self):

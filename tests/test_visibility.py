@@ -11,7 +11,8 @@ from hypothesis import given, settings, strategies as st
 
 from intaglio import GBuffer
 from intaglio.drawing import Dots, Layer, Stroke, Strokes
-from intaglio.ink.visibility import clearance, hide, surround, visible
+from intaglio.ink.contours import occluding_contours
+from intaglio.ink.visibility import clearance, hide, surround, unhidden, visible
 
 MM = 0.25
 
@@ -134,3 +135,21 @@ def test_nothing_to_hide_is_nothing_changed():
     free = clearance(empty)
     hide(free, empty, back)
     hide(free, back, empty)
+
+
+def test_contours_are_those_in_sight():
+    """Before a wall, a post is outlined whole, and the edge of what stands behind the wall does not join it."""
+    post, wall = oracle.sheet((40, 60), depth=40.0), oracle.sheet((40, 60), depth=60.0)
+    post.depth[:, 30:] = 100.0  # the same body goes on farther away, behind the wall,
+    post.depth[:20, 30:] = np.inf  # and ends there
+    label = np.zeros((40, 60), dtype=int)
+    label[:, 30:] = 1
+    label[:20, 30:] = 2
+    oracle.mark_edges(post, label)
+    assert unhidden(post, []) is post
+    seen_ = unhidden(post, [wall])
+    assert (seen_.edge[:, 29, 0] == 0.5).all()
+    assert np.isnan(seen_.edge[:, 30:]).all()
+    assert np.isnan(unhidden(wall, [post]).edge).all()
+    assert len(occluding_contours(post)) == 2
+    assert len(occluding_contours(seen_)) == 1

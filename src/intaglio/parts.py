@@ -20,7 +20,7 @@ from intaglio.rendering.bodies import between, has_matter, label_distance
 from intaglio.rendering.isovalue import body_surface
 from intaglio.rendering.skipping import SURFACE, Inside, surface_blocks, surface_corners
 from intaglio.selection import Selection
-from intaglio.transfer_function import TransferFunction
+from intaglio.transfer_function import OpacityPeak, TransferFunction
 from intaglio.volume import Volume
 
 # Pieces smaller than this part of the largest one are dust, cables or a corner of the table.
@@ -122,31 +122,49 @@ def faded(layer: Layer, opacity: float) -> Layer:
     return replace(layer, strokes=strokes)
 
 
-def parts_of(volume: Volume, transfer_function: TransferFunction, *, style: str | Hatching = "pencil") -> list[Part]:
+def parts_of(
+    volume: Volume,
+    transfer_function: TransferFunction,
+    *,
+    style: str | Hatching = "pencil",
+    islands: float = ISLANDS,
+    selections: Sequence[Selection] = (),
+) -> list[Part]:
     """The surfaces that a transfer function shows of a volume, by ascending value.
 
     Every local maximum of opacity is one; it begins at the minimum before and ends at the one behind. The first begins at an
     isovalue, whatever is denser being inside it; others are the matter between their two minima if there is any, so that
-    they are found beneath denser matter, too. The most opaque one hides what is behind; opacities of others are relative
-    to it. The outermost shows contours alone if there are others. Colours are darkened to be legible on light paper.
+    they are found beneath denser matter, too. Of the lowest values only cavities are matter. The most opaque surface hides
+    what is behind it; opacities of others are relative to it. The outermost shows contours alone if there are others.
+    Colours are darkened to be legible on light paper.
     InputError if the function shows no surface.
     """
     low, high = volume.range
-    peaks = [p for p in transfer_function.surfaces() if p.opacity > 0 and p.threshold < high and p.ceiling > low]
-    if not peaks:
+    found: list[tuple[OpacityPeak, float | tuple[float, float]]] = []
+    for peak in transfer_function.surfaces():
+        begin = peak.threshold if peak.threshold > low else -math.inf
+        end = peak.ceiling if peak.ceiling < high else math.inf
+        first = all(isinstance(iso, tuple) for _, iso in found)
+        if peak.opacity == 0 or peak.threshold >= high or peak.ceiling <= low or (begin == -math.inf and end == math.inf):
+            continue
+        if end < math.inf and (begin == -math.inf or not first) and has_matter(volume, begin, end):
+            found.append((peak, (begin, end)))
+        elif begin > -math.inf:
+            found.append((peak, begin))
+    if not found:
         raise InputError(
-            f"{transfer_function.name}: its opacity has no maximum between {low:g} and {high:g}, the values of {volume.name}; "
-            "scale it with mapped, or say which surfaces with iso"
+            f"{transfer_function.name}: its opacity has no maximum that begins between {low:g} and {high:g}, the values of "
+            f"{volume.name}; scale it with mapped, or say which surfaces with iso"
         )
-    most = max(p.opacity for p in peaks)
+    most = max(peak.opacity for peak, _ in found)
     paper = named_style(style).paper
-    parts: list[Part] = []
-    for p in peaks:
-        iso: float | tuple[float, float] = p.threshold
-        first = all(not isinstance(q.iso, float) for q in parts)
-        if p.threshold == -math.inf or (p.ceiling < high and not first and has_matter(volume, p.threshold, p.ceiling)):
-            iso = (p.threshold, p.ceiling)
-        parts.append(Part(volume=volume, iso=iso, style=style, opacity=p.opacity / most, colour=ink_colour(p.colour, paper)))
+    parts = [
+        Part(
+            volume=volume, iso=iso, style=style, opacity=peak.opacity / most, colour=ink_colour(peak.colour, paper),
+            islands=islands, selections=selections,
+        )
+        for peak, iso in found
+    ]  # fmt: skip
     if len(parts) == 1:
         return [replace(parts[0], opacity=1.0)]
     size = [np.ptp(part.corners, axis=0).prod() for part in parts]

@@ -16,7 +16,7 @@ from intaglio.gbuffer import GBuffer
 from intaglio.ink.hatching import hatching_layers
 from intaglio.ink.lines import line_layers
 from intaglio.ink.styles import Hatching, style as named_style
-from intaglio.ink.visibility import Clearance, clearance, hide, surround, visible
+from intaglio.ink.visibility import Clearance, clearance, hide, surround, unhidden, visible
 from intaglio.lighting import Light, Material
 from intaglio.parts import ISLANDS, Part, faded, parts_of
 from intaglio.rendering.isosurface import isosurface
@@ -91,6 +91,14 @@ def _pixel_on_paper(camera: Camera, width_mm: float) -> float:
     return width_mm / camera.size[0]
 
 
+def _surface(part: Part, camera: Camera, lights: Sequence[Light], material: Material, progress: Progress | None) -> GBuffer:
+    volume, iso, inside = part.body
+    return isosurface(
+        volume, iso, camera, lights=lights, material=material, inside=inside, islands=part.islands,
+        selections=part.selections, progress=progress,
+    )  # fmt: skip
+
+
 def _seen(i: int, parts: Sequence[Part], surfaces: list[GBuffer], drawn: list[list[Layer]], mm: float, halo: float) -> Clearance:
     """Where strokes of part i are seen: not behind opaque parts, nor beside contours that pass in front."""
     free = clearance(surfaces[i])
@@ -136,17 +144,12 @@ def illustrate(
         raise InputError("parts must hold at least one Part, not none")
     camera = camera or parts_camera(parts, width_mm=width_mm)
     mm = _pixel_on_paper(camera, width_mm)
-    surfaces: list[GBuffer] = []
+    surfaces = [_surface(part, camera, lights, material, progress) for part in parts]
     drawn: list[list[Layer]] = []
-    for part in parts:
-        volume, iso, inside = part.body
-        gb = isosurface(
-            volume, iso, camera, lights=lights, material=material, inside=inside, islands=part.islands,
-            selections=part.selections, progress=progress,
-        )  # fmt: skip
+    for i, (part, gb) in enumerate(zip(parts, surfaces, strict=True)):
         tone = [] if part.lines_only else hatching_layers(gb, part.hatching, mm, seed=seed, progress=progress)
-        surfaces.append(gb)
-        drawn.append(tone + line_layers(gb, part.hatching, mm))
+        opaque = [front for j, front in enumerate(surfaces) if j != i and parts[j].opacity == 1]
+        drawn.append(tone + line_layers(unhidden(gb, opaque), part.hatching, mm))
     layers: list[Layer] = []
     for i, part in enumerate(parts):
         free = _seen(i, parts, surfaces, drawn, mm, halo)
@@ -188,14 +191,13 @@ def hatch(
     """
     hatching = named_style(style, **parameters)
     if transfer_function is None:
-        parts = [Part(volume=volume, iso=iso, style=hatching)]
+        parts = [Part(volume=volume, iso=iso, style=hatching, islands=islands, selections=selections)]
         title = f"{volume.name}, iso {parts[0].body[1]:g}"
     elif iso is not None:
         raise InputError(f"iso must not be given with a transfer function, which says where surfaces are, not {iso!r}")
     else:
-        parts = parts_of(volume, transfer_function, style=hatching)
+        parts = parts_of(volume, transfer_function, style=hatching, islands=islands, selections=selections)
         title = f"{volume.name}, {transfer_function.name}"
-    parts = [replace(part, islands=islands, selections=tuple(selections)) for part in parts]
     return illustrate(
         parts, camera=camera, seed=seed, width_mm=width_mm, halo=halo, lights=lights, material=material, title=title,
         progress=progress,

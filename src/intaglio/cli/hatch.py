@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -88,7 +87,7 @@ def hatch(
 
     `intaglio hatch head.nii.gz --surface 0.2:contour --surface 0.55:pencil`
 
-    `intaglio hatch ct.nii.gz --surface=-300:contour --labels organs.nii.gz --label 5:engraving:#8a2b1a`
+    `intaglio hatch ct.nii.gz --labels organs.nii.gz --label 5:engraving:#8a2b1a`
 
     `intaglio hatch ct.nii.gz --tf ct-tissues`
 
@@ -132,17 +131,17 @@ def hatch(
         with steps.step("surfaces"):
             if function is not None:
                 function = TransferFunction.preset(function, volume.range) if isinstance(function, str) else function
-                parts = parts_of(volume, function, style=hatching)
+                parts = parts_of(volume, function, style=hatching, islands=pieces, selections=tools)
             elif surfaces or bodies:
-                parts = [Part(volume=volume, **part) for part in surfaces]
+                common: dict[str, Any] = {"islands": pieces, "selections": tools}
+                parts = [Part(volume=volume, **part, **common) for part in surfaces]
                 of = read_volume(labels) if labels is not None else volume
-                parts += [Part(volume=of, **part | {"label": present(part["label"], of)}) for part in bodies]
+                parts += [Part(volume=of, **part | {"label": present(part["label"], of)}, **common) for part in bodies]
             else:
                 if iso is None:
                     iso, what = body_surface(volume)
                     say(f"note: no --iso given; drawing {iso:g}, {what}")
-                parts = [Part(volume=volume, iso=iso, style=hatching)]
-            parts = [replace(part, islands=pieces, selections=tools) for part in parts]
+                parts = [Part(volume=volume, iso=iso, style=hatching, islands=pieces, selections=tools)]
             camera = parts_camera(parts, view, size, width_mm=width, **looking)
         with steps.step("strokes") as progress:
             title = f"{volume.name}, {', '.join(part.title for part in parts)}, {view}"

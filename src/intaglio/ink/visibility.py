@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from weakref import WeakKeyDictionary
 
@@ -92,6 +93,21 @@ def _near(gb: GBuffer) -> Floats:
 def clearance(gb: GBuffer) -> Clearance:
     """Of a surface with nothing before it: infinite."""
     return np.full(gb.depth.shape, np.inf, dtype=np.float32)
+
+
+def unhidden(gb: GBuffer, fronts: Sequence[GBuffer]) -> GBuffer:
+    """The same surface, but its contours only where the side that makes them is not behind one of the opaque `fronts`.
+
+    So a contour in sight is one line, and does not turn into another one that goes on behind.
+    """
+    hidden = np.zeros(gb.depth.shape, dtype=bool)
+    for front in fronts:
+        hidden |= front.depth < gb.depth - TIE * _pixel(gb)
+    edge = gb.edge.copy()
+    for side, here, there in ((0, np.s_[:, :-1], np.s_[:, 1:]), (1, np.s_[:-1, :], np.s_[1:, :])):
+        of_nearer = np.where(gb.depth[here] < gb.depth[there], hidden[here], hidden[there])
+        edge[*here, side][of_nearer] = np.nan
+    return gb if np.array_equal(edge, gb.edge, equal_nan=True) else replace(gb, edge=edge)
 
 
 def hide(free: Clearance, gb: GBuffer, front: GBuffer) -> None:

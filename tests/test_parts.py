@@ -360,6 +360,8 @@ class TestRealScans:
 
     def test_a_brain_in_another_orientation_lies_within_its_head(self, shared):
         head, labels = read_volume(shared("volumes/mr_head.nii.gz")), read_volume(shared("volumes/mr_head_labels.nrrd"))
+        coarse = labels.world_from_index @ np.diag([2.0, 2.0, 2.0, 1.0])
+        labels = Volume(labels.array[::2, ::2, ::2], coarse)
         brain, skin = Part(volume=labels, label=1), Part(volume=head, iso=60.0)
         view = parts_camera([skin], "left", 160)
         inner, outer = (isosurface(p.body[0], p.body[1], view, inside=p.body[2], islands=0.01) for p in (brain, skin))
@@ -371,6 +373,19 @@ class TestRealScans:
         liver, kidneys = (Part(volume=labels, label=which).corners.mean(axis=0) for which in (5, (2, 3)))
         assert liver[0] > kidneys[0]  # on the right
         assert liver[1] > kidneys[1]  # and before them
+
+
+def test_small_labels_are_no_dust():
+    labels = np.zeros((40, 60, 60), np.uint8)
+    labels[4:36, 4:36, 4:36] = 1
+    labels[18:21, 50:53, 50:53] = 1
+    alone = Volume.from_array(labels)
+    view = parts_camera([Part(volume=alone, label=1)], "superior", 100)
+    drawn = [
+        isosurface(p.body[0], 0.0, view, inside="below", islands=p.smallest).mask.sum()
+        for p in (Part(volume=alone, label=1), Part(volume=alone, label=1, islands=0.01))
+    ]
+    assert drawn[0] > drawn[1] + 10
 
 
 def test_replaced_parts_keep_their_rest():

@@ -45,7 +45,7 @@ class Part:
     colour      "#rrggbb", instead of the style's ink
     name        of its layers; needed only to tell parts apart
     selections  tools that cut it open
-    islands     pieces smaller than this part of the largest one are left out
+    islands     pieces smaller than this part of the largest one are left out; default: 0.01, and none of a label
     """
 
     volume: Volume
@@ -57,7 +57,7 @@ class Part:
     colour: str | None = None
     name: str = ""
     selections: Sequence[Selection] = field(default=())
-    islands: float = ISLANDS
+    islands: float | None = None
 
     def __post_init__(self) -> None:
         if not 0 < self.opacity <= 1:
@@ -92,10 +92,17 @@ class Part:
         return f"iso {self.body[1]:g}"
 
     @property
+    def smallest(self) -> float:
+        """What pieces are left out, as a part of the largest one."""
+        if self.islands is None:
+            return ISLANDS if self.label is None else 0.0
+        return self.islands
+
+    @property
     def corners(self) -> NDArray[np.float64]:
         """(n, 3) world points around the surface; the whole volume where there is none."""
         volume, iso, inside = self.body
-        blocks = surface_blocks(volume, iso, self.islands, inside)
+        blocks = surface_blocks(volume, iso, self.smallest, inside)
         return surface_corners(volume, blocks) if (blocks == SURFACE).any() else volume.corners
 
     @property

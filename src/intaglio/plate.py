@@ -94,7 +94,7 @@ def _pixel_on_paper(camera: Camera, width_mm: float) -> float:
 def _surface(part: Part, camera: Camera, lights: Sequence[Light], material: Material, progress: Progress | None) -> GBuffer:
     volume, iso, inside = part.body
     return isosurface(
-        volume, iso, camera, lights=lights, material=material, inside=inside, islands=part.islands,
+        volume, iso, camera, lights=lights, material=material, inside=inside, islands=part.smallest,
         selections=part.selections, progress=progress,
     )  # fmt: skip
 

@@ -133,9 +133,11 @@ def hatch(
                 function = TransferFunction.preset(function, volume.range) if isinstance(function, str) else function
                 parts = parts_of(volume, function, style=hatching, islands=pieces, selections=tools)
             elif surfaces or bodies:
-                common: dict[str, Any] = {"islands": pieces, "selections": tools}
+                common: dict[str, Any] = {"islands": islands, "selections": tools}
                 parts = [Part(volume=volume, **part, **common) for part in surfaces]
                 of = read_volume(labels) if labels is not None else volume
+                for text in of.notes if labels is not None else ():
+                    say(f"note: {text}")
                 parts += [Part(volume=of, **part | {"label": present(part["label"], of)}, **common) for part in bodies]
             else:
                 if iso is None:

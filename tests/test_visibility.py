@@ -116,10 +116,10 @@ def test_scraps_go_and_dots_are_hidden_whole():
     hide(free, back, half(50.0, 30.0))
     assert len(seen(line((2, 20), (32, 20)), free, shortest=0.6)) == 0
     assert len(seen(line((2, 20), (32, 20)), free, shortest=0.4)) == 1
-    x = np.array([20.0, 30.2, 30.8, 50.0])
+    x = np.array([20.0, 29.8, 30.2, 50.0])
     points = (np.stack([x, np.full(4, 20.0)], axis=1) * MM).astype(np.float32)
-    dots = Dots(points, np.full(4, 0.25, np.float32), np.ones(4, np.float32))
-    assert visible(Layer("dots", dots=dots), free, MM).dots.points[:, 0] == pytest.approx([30.8 * MM, 50 * MM])
+    dots = Dots(points, np.full(4, 2.5, np.float32), np.ones(4, np.float32))
+    assert visible(Layer("dots", dots=dots), free, MM).dots.points[:, 0] == pytest.approx([30.2 * MM, 50 * MM])
 
 
 def test_nothing_to_hide_is_nothing_changed():

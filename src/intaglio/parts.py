@@ -88,7 +88,8 @@ class Part:
         if self.label is not None:
             return f"label {self.label}"
         if isinstance(self.iso, tuple):
-            return f"{self.iso[0]:g} to {self.iso[1]:g}"
+            low, high = self.iso
+            return f"cavities to {high:g}" if low == -math.inf else f"{low:g} to {high:g}"
         return f"iso {self.body[1]:g}"
 
     @property
@@ -185,9 +186,10 @@ def ink_colour(colour: tuple[float, float, float], paper: str = "#ffffff") -> st
     rgb = np.array(colour)
     weights = np.array([0.2126, 0.7152, 0.0722])
     light = np.array([int(paper[i : i + 2], 16) / 255 for i in (1, 3, 5)]) @ weights
-    if light > 0.5 and rgb @ weights > LIGHTEST:
-        # The cube deepens what hue a light colour has; then all of it is darkened alike.
-        rgb = rgb**3
-        rgb *= min(1.0, LIGHTEST / max(float(rgb @ weights), 1e-6))
+    if light > 0.5:
+        # A power deepens what hue a light colour has; what that leaves too light is darkened alike.
+        deeper = [rgb**power for power in np.linspace(1.0, 3.0, 9)]
+        rgb = next((c for c in deeper if c @ weights <= LIGHTEST), deeper[-1])
+        rgb = rgb * min(1.0, LIGHTEST / max(float(rgb @ weights), 1e-6))
     r, g, b = np.rint(255 * rgb).astype(int)
     return f"#{r:02x}{g:02x}{b:02x}"

@@ -134,14 +134,14 @@ def _pixels(points: Floats, shape: tuple[int, ...]) -> NDArray[np.int64]:
 
 
 def visible(layer: Layer, free: Clearance, mm_per_pixel: float, shortest: float = 1.0) -> Layer:
-    """A layer's strokes and dots where the clearance is positive; cut at sub-pixel places, scraps below `shortest` mm dropped."""
+    """A layer where the clearance is positive: strokes cut at sub-pixel places, scraps under `shortest` mm dropped; dots whole."""
     if np.isinf(free).all():
         return layer
     return replace(layer, strokes=_cut(layer.strokes, free, mm_per_pixel, shortest), dots=_kept(layer.dots, free, mm_per_pixel))
 
 
 def _kept(dots: Dots, free: Clearance, mm_per_pixel: float) -> Dots:
-    seen = sample(free, dots.points / np.float32(mm_per_pixel)) > 0.5 * dots.diameter / mm_per_pixel
+    seen = sample(np.clip(free, -4.0, 4.0), dots.points / np.float32(mm_per_pixel)) > 0.0
     return Dots(dots.points[seen], dots.diameter[seen], dots.opacity[seen])
 
 

@@ -134,7 +134,7 @@ def _pixels(points: Floats, shape: tuple[int, ...]) -> NDArray[np.int64]:
 
 
 def visible(layer: Layer, free: Clearance, mm_per_pixel: float, shortest: float = 1.0) -> Layer:
-    """A layer where the clearance is positive: strokes cut at sub-pixel places, without scraps below `shortest` mm; dots whole."""
+    """A layer where the clearance is positive: strokes cut at sub-pixel places, scraps below `shortest` mm gone; dots whole."""
     if np.isinf(free).all():
         return layer
     return replace(layer, strokes=_cut(layer.strokes, free, mm_per_pixel, shortest), dots=_kept(layer.dots, free, mm_per_pixel))

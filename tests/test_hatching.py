@@ -131,32 +131,62 @@ def test_printed_tone_is_requested_tone(name):
         gb = oracle.sheet((PIXELS, PIXELS), light=light)
         requested.append(darkness(gb, hatching, MM)[PIXELS // 2, PIXELS // 2])
         printed.append(grey(draw(gb, hatching, width_mm=PLATE), MM)[inner, inner].mean())
-    # Monotone but for a stroke more or less in 40 mm.
-    assert (np.diff(printed) > -0.01).all()
+    assert (np.diff(printed) > 0).all()
     error = np.abs(np.array(printed) - requested)
-    # On a flat sheet lines lie closer than on a form, where they must end and begin; tones are set for the latter.
-    assert error.mean() < 0.08
-    assert error.max() < 0.12
-    assert printed[0] < 0.05
+    assert error.mean() < 0.025
+    # Lines thinner than a pen can draw are left out or drawn as thin as it can; ink over ink is lost.
+    assert error.max() < 0.06
+    assert printed[0] == 0
 
 
 @each_style
-def test_printed_tone_is_requested_tone_on_a_head(name):
-    hatching, mm = plain(name), 0.2
-    volume = head()
-    iso = body_surface(volume)[0]
-    camera = surface_camera(volume, iso, "anterior-left", 400)
-    gb = isosurface(volume, iso, camera, lights=PLATE_LIGHTS, material=PLATE_MATERIAL)
+def test_a_ramp_prints_as_a_ramp(name):
+    """One sheet from white to black: the mean of every eighth of it is as dark as asked, and darker than the last."""
+    hatching = plain(name)
+    width, height = 900, 300
+    gb = oracle.sheet((height, width), light=np.broadcast_to(np.linspace(hatching.white, hatching.black, width), (height, width)))
+    asked = darkness(gb, hatching, MM)
+    printed = grey(draw(gb, hatching, width_mm=width * MM), MM)
+    parts = [tone[20:-20, 10:-10].mean(axis=0).reshape(8, -1).mean(axis=1) for tone in (asked, printed)]
+    assert (np.diff(parts[1]) > 0.01).all()
+    np.testing.assert_allclose(*parts, atol=0.05)
+    assert np.abs(parts[0] - parts[1]).mean() < 0.025
+
+
+def assert_prints_what_is_asked(gb: GBuffer, name: str, mm: float) -> None:
+    hatching = plain(name)
     asked = darkness(gb, hatching, mm).astype(np.float64)
-    printed = grey(draw(gb, hatching, width_mm=camera.size[0] * mm), mm)[: asked.shape[0], : asked.shape[1]]
+    printed = grey(draw(gb, hatching, width_mm=gb.camera.size[0] * mm), mm)[: asked.shape[0], : asked.shape[1]]
     # Seen from as far that 3 mm flow together.
     near = ndimage.gaussian_filter(gb.mask.astype(float), 15)
     a, b = (ndimage.gaussian_filter(np.where(gb.mask, tone, 0.0), 15) / np.maximum(near, 1e-3) for tone in (asked, printed))
     inner = gb.mask & (near > 0.7)
-    assert np.abs(a - b)[inner].mean() < 0.06
-    assert np.corrcoef(a[inner], b[inner])[0, 1] > 0.9
-    # Paper beside the head stays white.
+    assert np.abs(a - b)[inner].mean() < 0.035
+    assert np.corrcoef(a[inner], b[inner])[0, 1] > 0.96
+    # Paper beside the body stays white.
     assert printed[ndimage.binary_erosion(~gb.mask, iterations=3)].max() < 0.01
+    # Tones are in order: where twelfths of them are asked for, so they are printed.
+    step = np.clip(a[inner] / a[inner].max() * 12, 0, 11).astype(int)
+    many = np.bincount(step, minlength=12)
+    mean = np.bincount(step, b[inner], minlength=12)[many > 400] / many[many > 400]
+    assert (np.diff(mean) > 0).all()
+
+
+@each_style
+@pytest.mark.parametrize("body", [oracle.Torus(15.0, 7.0), oracle.Sphere(18.0)], ids=["torus", "sphere"])
+def test_printed_tone_is_requested_tone_on_round_bodies(name, body):
+    volume = oracle.sampled(body.field, (48, 60, 60))
+    camera = surface_camera(volume, 0.0, (1, 1, 3), 500)
+    assert_prints_what_is_asked(isosurface(volume, 0.0, camera, lights=PLATE_LIGHTS, material=PLATE_MATERIAL), name, 0.2)
+
+
+@each_style
+@pytest.mark.parametrize("scan", ["embedded", "volumes/ct_head.nii.gz"])
+def test_printed_tone_is_requested_tone_on_a_head(name, scan, shared):
+    volume = head() if scan == "embedded" else read_volume(shared(scan))
+    iso = body_surface(volume)[0] if scan == "embedded" else 0.2
+    camera = surface_camera(volume, iso, "anterior-left", 500)
+    assert_prints_what_is_asked(isosurface(volume, iso, camera, lights=PLATE_LIGHTS, material=PLATE_MATERIAL), name, 0.2)
 
 
 @each_style

@@ -9,7 +9,8 @@ from hypothesis import given, settings, strategies as st
 from scipy import ndimage
 from scipy.spatial import cKDTree
 
-from intaglio import InputError
+from intaglio import InputError, isosurface, read_volume, surface_camera
+from intaglio.ink.direction import direction_field
 from intaglio.ink.streamlines import Streamlines, streamlines
 
 SIZE = (150, 180)
@@ -96,6 +97,39 @@ def test_lines_cover_the_picture(name, separation, test):
     assert (distance > 2 * separation).mean() < 0.01
     # Half way between two lines as far apart as may be, before another one fits.
     assert np.mean(distance) < 0.6 * separation
+
+
+REAL = [("ct_head.nii.gz", 0.2, "anterior"), ("engine.nii.gz", 80.0, (0.5, 0.6, 0.5))]
+
+
+@pytest.mark.parametrize("separation", [4.0, 9.0])
+@pytest.mark.parametrize(("name", "iso", "view"), REAL, ids=[name.split(".")[0] for name, _, _ in REAL])
+def test_lines_on_scans_keep_their_distance_and_cover_them(name, iso, view, separation, shared):
+    volume = read_volume(shared(f"volumes/{name}"))
+    gb = isosurface(volume, iso, surface_camera(volume, iso, view, 400))
+    lines = streamlines(direction_field(gb, 18.0), separation, allowed=gb.mask, edge=gb.edge, test=0.45)
+    assert nearest_other(lines, separation) >= 0.45 * separation - 1e-3
+    y, x = np.nonzero(gb.mask)
+    far = cKDTree(lines.points).query(np.stack([x, y], axis=1) + 0.5)[0] > 2 * separation
+    border = gb.mask & ~(gb.edge >= 0).any(axis=2)
+    border[:, 1:] &= ~(gb.edge[:, :-1, 0] >= 0)
+    border[1:] &= ~(gb.edge[:-1, :, 1] >= 0)
+    inner = ndimage.distance_transform_edt(border)[y, x] > 2 * separation
+    assert far.mean() < 0.01
+    assert far[inner].mean() < 1e-3
+
+
+@each_field
+def test_gaps_are_filled_in_their_middle(name):
+    """Between lines a separation apart, lines at half of it run in the middle, and one in every gap."""
+    first = streamlines(FIELDS[name], 8.0, test=0.5)
+    second = streamlines(FIELDS[name], 4.0, test=0.5, beside=first.points)
+    both = np.concatenate([first.points, second.points])
+    # As many again, as near as gaps are even; points of both are a pixel apart.
+    assert 0.7 < len(second.points) / len(first.points) < 1.35
+    x, y = centres()
+    distance = cKDTree(both).query(np.stack([x.ravel(), y.ravel()], axis=1))[0]
+    assert (distance > 4.0).mean() < 0.02
 
 
 @each_field

@@ -15,6 +15,7 @@ from intaglio.compute import Progress
 from intaglio.drawing import Layer, Strokes
 from intaglio.errors import InputError
 from intaglio.gbuffer import GBuffer
+from intaglio.ink.density import line_density
 from intaglio.ink.direction import direction_field
 from intaglio.ink.smoothing import blurred
 from intaglio.ink.streamlines import streamlines
@@ -36,15 +37,18 @@ Floats = NDArray[np.float32]
 
 # Length of lines per area, times separation, that `streamlines` really lays: a little less than one line every separation.
 DENSITY = 0.87
+# By how much a stroke's taper is shorter where it ends in a layer's full tone.
+BLUNT = 0.65
 
 
 @dataclass(frozen=True)
 class _Tone:
-    """One layer: lines turned by `angle`, `separation` mm apart, carrying the darkness from `begin` to `end`."""
+    """One layer: `lines` mm for each mm2, turned by `angle`, `separation` mm apart, for the darkness from `begin` to `end`."""
 
     name: str
     angle: float
     separation: float
+    lines: float
     begin: float
     end: float
 
@@ -66,22 +70,22 @@ def darkness(gb: GBuffer, hatching: Hatching, mm_per_pixel: float) -> Floats:
 
 def tones(hatching: Hatching) -> list[_Tone]:
     """The layers and the darkness that each adds, from what share of the paper its ink covers."""
-    full = DENSITY * hatching.thickest * hatching.opacity
+    full = hatching.thickest * hatching.opacity
     out: list[_Tone] = []
     covered = 0.0
     for cross, count in ((0, hatching.layers), (1, hatching.crosshatch)):
-        lines = below = 0.0
+        inked = below = 0.0
         under = covered
         for i in range(count):
-            more = full / hatching.separation * (2 ** (i - 1) if i else 1)
-            lines = min(lines + more, 1.0)
+            lines = DENSITY / hatching.separation * (2 ** (i - 1) if i else 1)
+            inked = min(inked + full * lines, 1.0)
             # Along the form, nested lines do not overlap; lines across cover what the others left free.
-            covered = 1.0 - (1.0 - under) * (1.0 - lines)
+            covered = 1.0 - (1.0 - under) * (1.0 - inked)
             begin = below if i else under
             # A layer has nothing to add to paper that is covered already.
             if covered > begin:
                 name = f"{'crosshatching' if cross else 'hatching'} {i + 1}"
-                out.append(_Tone(name, cross * hatching.angle, hatching.separation / 2**i, begin, covered))
+                out.append(_Tone(name, cross * hatching.angle, hatching.separation / 2**i, lines, begin, covered))
             below = covered
     return out
 
@@ -141,14 +145,12 @@ def _strokes(
     mm_per_pixel: float,
     rng: np.random.Generator,
 ) -> Strokes:
-    """Cut streamlines where it is too bright for them; width and opacity from how dark it is."""
+    """Cut streamlines where it is too bright for them; width and opacity from how dark it is and how many lines share that."""
+    least = (hatching.thinnest / hatching.thickest) ** (1.0 / (1.0 - hatching.pressure)) if hatching.pressure < 1.0 else 0.0
+    region = dark > tone.begin + 0.5 * least * (tone.end - tone.begin)
     ragged = rng.normal(0.0, hatching.ragged, len(offsets) - 1).astype(np.float32)
-    if len(offsets) < 2:
-        return Strokes.none()
-    asked = sample(dark, points)
-    load = np.clip((asked - tone.begin + ragged[line_of(offsets)]) / (tone.end - tone.begin), 0.0, 1.0)
-    by_width = load ** (1.0 - hatching.pressure)
-    index, offsets = runs((by_width * hatching.thickest >= hatching.thinnest) & (asked > 0.0), offsets)
+    load = (sample(dark, points) + ragged[line_of(offsets)] - tone.begin) / (tone.end - tone.begin)
+    index, offsets = runs((load >= 0.5 * least) & (load > 0.0), offsets)
     points, load = points[index], load[index]
 
     along = arc_length(points, offsets)
@@ -157,16 +159,23 @@ def _strokes(
     points, load = points[index], load[index]
     if len(points) == 0:
         return Strokes.none()
-
     if hatching.longest > 0:
         index, offsets = lifted(arc_length(points, offsets) * mm_per_pixel, offsets, hatching.longest, rng)
         points, load = points[index], load[index]
     turned = reversed_where(load[offsets[:-1]] < load[offsets[1:] - 1], offsets)
-    points, load = points[turned] * np.float32(mm_per_pixel), load[turned]
+    points, load = points[turned], np.minimum(load[turned], 1.0)
+    # Lines fade out where tone does; where others stop them in the dark, they would leave white flecks.
+    fade = hatching.taper / mm_per_pixel * (1.0 - BLUNT * load)
+    ends = taper(points, offsets, fade[offsets[:-1]], fade[offsets[1:] - 1])
+
+    # Where lines lie less densely than planned, they are heavier, and the other way round.
+    density = line_density(points, ends, offsets, region, tone.separation / mm_per_pixel).at(points)
+    planned = np.float32(tone.lines * mm_per_pixel)
+    load = np.clip(load * planned / np.maximum(density, 0.3 * planned), least, 1.0)
+    points = points * np.float32(mm_per_pixel)
     if hatching.wobble > 0:
         along = arc_length(points, offsets)
         points = points + sideways(points, offsets) * wander(offsets, along, hatching.wobble, 9.0, rng)[:, None]
-    ends = taper(points, offsets, hatching.taper, hatching.taper)
     width = hatching.thickest * load ** (1.0 - hatching.pressure) * ends
     opacity = hatching.opacity * load**hatching.pressure
     return pack(points, width, opacity, offsets)

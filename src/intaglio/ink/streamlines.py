@@ -16,6 +16,10 @@ from intaglio.errors import InputError
 TURN = math.cos(math.radians(40.0))
 # Points that a cell of the search grid holds, and where an empty place is.
 PLACES = 16
+# How near to others a line may begin that fills a gap, as a part of the separation.
+NARROW = 0.65
+# How long such a line must be at least, in separations.
+LONGER = 6.0
 NOWHERE = np.float32(1e9)
 
 
@@ -118,7 +122,6 @@ def _place(  # type: ignore[no-untyped-def]
     """Fill px, py with lines; returns (points, lines), or (-1, 0) when the arrays, (-2, 0) when a cell is too small."""
     h, w = allowed.shape
     capacity = len(px)
-    stop = separation * test
     lag = np.int32(3.0 * separation / step + 2.0)
     for p in range(len(old)):
         # A full cell keeps lines away as it is; points outside the picture keep nothing away.
@@ -134,6 +137,13 @@ def _place(  # type: ignore[no-untyped-def]
     stride = max(1, int(separation / step))
     point = 0
     side = 0
+    # Lines are to begin a separation from others, but for rounding. What then is left free takes some that are nearer to
+    # them, the widest gaps first, so that lines run in the middle of gaps.
+    wide = 0.98 * separation
+    narrow = min(max(test, NARROW) * separation, wide)
+    room = wide
+    longer = int(LONGER * separation / step)
+    closed = np.zeros(across * down, dtype=np.bool_)
     while True:
         # The next place to begin: beside the lines there are, in their order; then any gap that is left.
         if queue < lines:
@@ -151,18 +161,28 @@ def _place(  # type: ignore[no-untyped-def]
             side = 1 - side
         else:
             if candidate >= across * down:
-                break
+                if room <= narrow:
+                    break
+                room = max(room - 0.1 * separation, narrow)
+                candidate = 0
+            if closed[candidate]:
+                candidate += 1
+                continue
             sx = (candidate % across + 0.5) * spread
             sy = (candidate // across + 0.5) * spread
             candidate += 1
         if not (0.0 <= sx < w and 0.0 <= sy < h) or allowed[int(sy), int(sx)] == 0:
             continue
-        if not _far(sx, sy, 0.98 * separation, inverse, cells, -2, 0, 0):
+        if not _far(sx, sy, room, inverse, cells, -2, 0, 0):
+            if queue == lines and room == wide and not _far(sx, sy, narrow, inverse, cells, -2, 0, 0):
+                closed[candidate - 1] = True
             continue
         fx, fy = _direction(field, sx, sy, 1.0, 0.0)
         if fx == 0.0 and fy == 0.0:
             continue
 
+        # What fills gaps stays out of narrower ones, and is more than a dash.
+        stop = separation * test if room == wide else narrow
         first = n
         for way in range(2):
             x = sx
@@ -205,7 +225,7 @@ def _place(  # type: ignore[no-untyped-def]
                 y = ny
                 dx = mx
                 dy = my
-        if n - first < shortest:
+        if n - first < (shortest if room == wide else max(shortest, longer)):
             while n > first:
                 n -= 1
                 j = int(py[n] * inverse)

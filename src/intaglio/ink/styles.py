@@ -30,7 +30,7 @@ class Hatching:
     contrast: float = _option(1.3, "exponent of darkness: more keeps middle tones lighter", 0.2, 5)  # type: ignore[assignment]
     smoothing: float = _option(6.0, "distance over which stroke directions are averaged, mm", 0, 100)  # type: ignore[assignment]
     passes: int = _option(3, "passes of the averaging of directions", 1, 20)  # type: ignore[assignment]
-    evenness: float = _option(0.6, "how near lines may come, as a part of their distance", 0.1, 1)  # type: ignore[assignment]
+    evenness: float = _option(0.45, "how near lines may come, as a part of their distance", 0.1, 1)  # type: ignore[assignment]
     blur: float = _option(0.7, "distance over which light is averaged, mm", 0, 100)  # type: ignore[assignment]
     shortest: float = _option(1.5, "strokes shorter than this are left out, mm", 0, 100)  # type: ignore[assignment]
     longest: float = _option(0.0, "strokes longer than this are lifted and set again, mm; 0 for never", 0, 10000)  # type: ignore[assignment]

@@ -76,4 +76,5 @@ def line_density(
     _count(region.view(np.uint8), 1.0 / cell, area)
     for part in (length, area):
         ndimage.gaussian_filter(part, SPREAD * separation / cell, output=part, mode="constant", truncate=3.0)
-    return LineDensity(length / np.maximum(area, 1e-3), cell)
+    length /= np.maximum(area, np.float32(1e-3))
+    return LineDensity(length, cell)

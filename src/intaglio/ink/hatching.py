@@ -39,6 +39,10 @@ Floats = NDArray[np.float32]
 DENSITY = 0.87
 # By how much a stroke's taper is shorter where it ends in a layer's full tone.
 BLUNT = 0.65
+# A stroke is drawn from this part of the tone of the thinnest line on, and where tone is next to nothing it must be
+# longer than others by this many times the shortest.
+EARLY = 0.75
+FAINT = 4.0
 
 
 @dataclass(frozen=True)
@@ -147,14 +151,18 @@ def _strokes(
 ) -> Strokes:
     """Cut streamlines where it is too bright for them; width and opacity from how dark it is and how many lines share that."""
     least = (hatching.thinnest / hatching.thickest) ** (1.0 / (1.0 - hatching.pressure)) if hatching.pressure < 1.0 else 0.0
-    region = dark > tone.begin + 0.5 * least * (tone.end - tone.begin)
+    region = dark > tone.begin + EARLY * least * (tone.end - tone.begin)
     ragged = rng.normal(0.0, hatching.ragged, len(offsets) - 1).astype(np.float32)
     load = (sample(dark, points) + ragged[line_of(offsets)] - tone.begin) / (tone.end - tone.begin)
-    index, offsets = runs((load >= 0.5 * least) & (load > 0.0), offsets)
+    index, offsets = runs((load >= EARLY * least) & (load > 0.0), offsets)
     points, load = points[index], load[index]
 
     along = arc_length(points, offsets)
-    long_enough = along[offsets[1:] - 1] * mm_per_pixel >= hatching.shortest if len(along) else np.zeros(0, dtype=bool)
+    if len(points) == 0:
+        return Strokes.none()
+    # Faint strokes on bare paper must be longer to stay: on bright surfaces, short ones are noise.
+    faint = 1.0 - np.minimum(np.maximum.reduceat(load, offsets[:-1]), 1.0) if tone.begin == 0.0 else 0.0
+    long_enough = along[offsets[1:] - 1] * mm_per_pixel >= hatching.shortest * (1.0 + FAINT * faint)
     index, offsets = runs(np.repeat(long_enough, np.diff(offsets)), offsets)
     points, load = points[index], load[index]
     if len(points) == 0:

@@ -161,7 +161,7 @@ def assert_prints_what_is_asked(gb: GBuffer, name: str, mm: float) -> None:
     near = ndimage.gaussian_filter(gb.mask.astype(float), 15)
     a, b = (ndimage.gaussian_filter(np.where(gb.mask, tone, 0.0), 15) / np.maximum(near, 1e-3) for tone in (asked, printed))
     inner = gb.mask & (near > 0.7)
-    assert np.abs(a - b)[inner].mean() < 0.035
+    assert np.abs(a - b)[inner].mean() < 0.04
     assert np.corrcoef(a[inner], b[inner])[0, 1] > 0.96
     # Paper beside the body stays white.
     assert printed[ndimage.binary_erosion(~gb.mask, iterations=3)].max() < 0.01

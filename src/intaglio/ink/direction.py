@@ -21,6 +21,8 @@ SLICING = (0.30, 0.90, 0.30)
 SLICING_WEIGHT = 0.2
 # The form at large has this say beside the form nearby, which is averaged over a third of the distance.
 LARGE_WEIGHT = 0.35
+# Where a surface is bent tighter than the averaging's distance divided by this, it is an edge and has half a say.
+EDGE = 5.0
 
 
 @kernel
@@ -48,10 +50,14 @@ def _seed(y0, y1, normal, curvature, direction, depth, frame, rays, bend, slicin
             vz = rays[3, 2] + (x + 0.5) * rays[4, 2] + (y + 0.5) * rays[5, 2]
             anisotropy = abs(k1 - k2) * bend
             power = anisotropy * anisotropy / (1.0 + anisotropy * anisotropy)
+            # An edge is no form: strokes run over it from one face to the other.
+            sharp = max(k1, k2) * bend / EDGE
+            calm = 1.0 / (1.0 + sharp * sharp)
+            power *= calm
             for source in range(2):
                 if source == 1:
                     ex, ey, ez = sx, sy, sz
-                    power = weight
+                    power = weight * calm
                 away = -(frame[2, 0] * ex + frame[2, 1] * ey + frame[2, 2] * ez)
                 ix = frame[0, 0] * (ex - vx * away) + frame[0, 1] * (ey - vy * away) + frame[0, 2] * (ez - vz * away)
                 iy = -(frame[1, 0] * (ex - vx * away) + frame[1, 1] * (ey - vy * away) + frame[1, 2] * (ez - vz * away))

@@ -179,7 +179,7 @@ def _strokes(
     # Where lines lie less densely than planned, they are heavier, and the other way round.
     density = line_density(points, ends, offsets, region, tone.separation / mm_per_pixel).at(points)
     planned = np.float32(tone.lines * mm_per_pixel)
-    load = np.clip(load * planned / np.maximum(density, 0.3 * planned), least, 1.0)
+    load = np.clip(load * planned / np.maximum(density, 0.6 * planned), least, 1.0)
     points = points * np.float32(mm_per_pixel)
     if hatching.wobble > 0:
         along = arc_length(points, offsets)

@@ -12,16 +12,20 @@ from intaglio.ink.contours import occluding_contours
 from intaglio.ink.features import feature_lines
 from intaglio.ink.strokes import arc_length, pack, runs, smoothed, taper
 from intaglio.ink.styles import Hatching
+from intaglio.ink.suggestive import suggestive_contours
 
 
 def line_layers(gb: GBuffer, hatching: Hatching, mm_per_pixel: float) -> list[Layer]:
-    """What a style asks for of ridges, valleys and contours; none of the layers is there if its parameter is 0."""
+    """Ridges, valleys, suggestive and occluding contours, as a style asks for them; 0 means no such layer."""
     thin = 0.8 * (hatching.contour or hatching.thickest)
     layers = []
     if hatching.ridge > 0:
         layers.append(feature_layer(gb, mm_per_pixel, "ridge", radius=hatching.ridge, width=thin, colour=hatching.ink))
     if hatching.valley > 0:
         layers.append(feature_layer(gb, mm_per_pixel, "valley", radius=hatching.valley, width=thin, colour=hatching.ink))
+    if hatching.suggestive > 0:
+        radius = hatching.suggestive
+        layers.append(feature_layer(gb, mm_per_pixel, "suggestive", radius=radius, width=thin, shortest=4.0, colour=hatching.ink))
     if hatching.contour > 0:
         width, shortest = hatching.contour, hatching.contour_shortest
         layers.append(contour_layer(gb, mm_per_pixel, width=width, shortest=shortest, colour=hatching.ink))
@@ -63,7 +67,7 @@ def contour_layer(
 def feature_layer(
     gb: GBuffer,
     mm_per_pixel: float,
-    kind: Literal["valley", "ridge"],
+    kind: Literal["valley", "ridge", "suggestive"],
     *,
     radius: float,
     width: float,
@@ -73,18 +77,23 @@ def feature_layer(
 ) -> Layer:
     """Valleys or ridges bent tighter than `radius`: from nothing at twice the radius to full width at half of it.
 
-    radius, width and shortest in mm on paper. A line must reach the radius somewhere and be longer than `shortest`.
+    Or suggestive contours, where radial curvature rises by 1 / radius2 in a mm. radius, width and shortest in mm on paper.
+    A line must reach the radius somewhere and be longer than `shortest`.
     """
     if not gb.mask.any():
         return Layer(kind, Strokes.none(), colour=colour)
     world = float(np.median(gb.pixel_mm[gb.mask])) / mm_per_pixel
-    least = 0.5 / (radius * world)
-    points, strength, offsets = feature_lines(gb, kind, sigma=0.35 / mm_per_pixel, least=least)
+    if kind == "suggestive":
+        needed, least = 3.0, 1.0 / (3.0 * (radius * world) ** 2)
+        points, strength, offsets = suggestive_contours(gb, sigma=1.3 / mm_per_pixel, least=least)
+    else:
+        needed, least = 2.0, 1.0 / (2.0 * radius * world)
+        points, strength, offsets = feature_lines(gb, kind, sigma=0.35 / mm_per_pixel, least=least)
     if len(points) == 0:
         return Layer(kind, Strokes.none(), colour=colour)
     length = arc_length(points, offsets)[offsets[1:] - 1] * mm_per_pixel
     most = np.maximum.reduceat(strength, offsets[:-1])
-    index, offsets = runs(np.repeat((length >= shortest) & (most > 2.0 * least), np.diff(offsets)), offsets)
+    index, offsets = runs(np.repeat((length >= shortest) & (most > needed * least), np.diff(offsets)), offsets)
     if len(index) == 0:
         return Layer(kind, Strokes.none(), colour=colour)
     points = smoothed(points[index], offsets, 6) * np.float32(mm_per_pixel)

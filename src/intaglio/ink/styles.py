@@ -40,6 +40,7 @@ class Hatching:
     contour: float = _option(0.42, "width of contours, mm; 0 for none", 0, 10)  # type: ignore[assignment]
     valley: float = _option(2.5, "hollows bent tighter than this radius get a line, mm; 0 for none", 0, 100)  # type: ignore[assignment]
     ridge: float = _option(0.9, "edges bent tighter than this radius get a line, mm; 0 for none", 0, 100)  # type: ignore[assignment]
+    suggestive: float = _option(0.0, "lines where slopes nearly turn away; more from 3 to 8 mm, 0 for none", 0, 100)  # type: ignore[assignment]
     hollows: float = _option(0.3, "darkness added in hollows", 0, 1)  # type: ignore[assignment]
     contour_shortest: float = _option(2.5, "contours shorter than this are left out, mm", 0, 100)  # type: ignore[assignment]
     ink: str = _option("#000000", "colour of strokes, #rrggbb")  # type: ignore[assignment]

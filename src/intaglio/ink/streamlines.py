@@ -12,23 +12,27 @@ from numpy.typing import NDArray
 
 from intaglio.compute import helper, kernel
 from intaglio.errors import InputError
+from intaglio.ink.neighbours import NOWHERE, PLACES, enter, far, forget
 
 TURN = math.cos(math.radians(40.0))
-# Points that a cell of the search grid holds, and where an empty place is.
-PLACES = 16
+# Cosine of the angle to the field up to which a kept line follows it.
+ALIKE = math.cos(math.radians(25.0))
 # How near to others a line may begin that fills a gap, as a part of the separation.
 NARROW = 0.65
 # How long such a line must be at least, in separations.
 LONGER = 6.0
-NOWHERE = np.float32(1e9)
 
 
 @dataclass(frozen=True, eq=False)
 class Streamlines:
-    """Polylines in pixels: line i is points[offsets[i]:offsets[i + 1]]; points (n, 2) float32, x right, y down."""
+    """Polylines in pixels: line i is points[offsets[i]:offsets[i + 1]]; points (n, 2) float32, x right, y down.
+
+    number (m,) tells which line it is in a series of pictures: those that are kept from one to the next keep theirs.
+    """
 
     points: NDArray[np.float32]
     offsets: NDArray[np.int64]
+    number: NDArray[np.int64]
 
     def __len__(self) -> int:
         return len(self.offsets) - 1
@@ -65,70 +69,151 @@ def _direction(field, x, y, px, py):  # type: ignore[no-untyped-def]
     return dx, dy
 
 
-@helper
-def _taken(cell, fx, fy, bound, own, at, lag):  # type: ignore[no-untyped-def]
-    """Whether a cell (4, PLACES: x, y, line, arc) holds a point too near, other than of the line's own near part.
+@kernel
+def _grow(  # type: ignore[no-untyped-def]
+    field, allowed, edge, stop, step, lag, inverse, count, cells, own, way, x, y, dx, dy, at, n, px, py, arc,
+):  # fmt: skip
+    """Go on from (x, y), point `at` of its line, in direction (dx, dy) or `way` -1 of the line, as long as there is room.
 
-    All places at once, empty ones being far away: one vector instruction instead of a search.
+    Returns the number of points there then are, -1 when the arrays, -2 when a cell is too small.
     """
-    hits = np.float32(0.0)
-    for k in range(PLACES):
-        dx = cell[0, k] - fx
-        dy = cell[1, k] - fy
-        other = (cell[2, k] != own) | (abs(cell[3, k] - at) >= lag)
-        hits += np.float32(1.0) if (dx * dx + dy * dy < bound) & other else np.float32(0.0)
-    return hits > np.float32(0.0)
+    h, w = allowed.shape
+    while True:
+        # Midpoint rule, the middle foreseen from the last step's direction: one look at the field a step.
+        mx, my = _direction(field, x + 0.5 * step * dx, y + 0.5 * step * dy, dx, dy)
+        if mx * dx + my * dy < TURN:
+            return n
+        nx = x + step * mx
+        ny = y + step * my
+        if not (0.0 <= nx < w and 0.0 <= ny < h):
+            return n
+        if not _passable(allowed, edge, x, y, nx, ny):
+            return n
+        at += way
+        if not far(nx, ny, stop, inverse, cells, own, at, lag):
+            return n
+        if n >= len(px):
+            return -1
+        if not enter(nx, ny, inverse, count, cells, own, at):
+            return -2
+        x = nx
+        y = ny
+        dx = mx
+        dy = my
+        px[n] = x
+        py[n] = y
+        arc[n] = at
+        n += 1
 
 
 @helper
-def _far(x, y, limit, inverse, cells, own, at, lag):  # type: ignore[no-untyped-def]
-    """No point of another line, nor of the line's own distant part, within `limit` of (x, y)."""
-    # float32 all through: numba widens integers to 64 bits, which halves the lanes of the vector.
-    fx, fy, bound = np.float32(x), np.float32(y), np.float32(limit * limit)
-    own, at, lag = np.float32(own), np.float32(at), np.float32(lag)
-    # The cell of the point itself first: where lines are dense it decides.
-    if _taken(cells[int(y * inverse), int(x * inverse)], fx, fy, bound, own, at, lag):
+def _passable(allowed, edge, x, y, nx, ny):  # type: ignore[no-untyped-def]
+    """Whether a line may go from one point to the next."""
+    i = int(x)
+    j = int(y)
+    i2 = int(nx)
+    j2 = int(ny)
+    if allowed[j2, i2] == 0:
         return False
-    j0 = max(int((y - limit) * inverse), 0)
-    i0 = max(int((x - limit) * inverse), 0)
-    for j in range(j0, min(int((y + limit) * inverse) + 1, cells.shape[0])):
-        for i in range(i0, min(int((x + limit) * inverse) + 1, cells.shape[1])):
-            if _taken(cells[j, i], fx, fy, bound, own, at, lag):
-                return False
-    return True
+    if i2 != i and edge[j, min(i, i2), 0] >= 0.0:
+        return False
+    return not (j2 != j and edge[min(j, j2), i2, 1] >= 0.0)
 
 
-@helper
-def _enter(x, y, inverse, count, cells, own, at):  # type: ignore[no-untyped-def]
-    """Note a point in its cell; False when the cell is full."""
-    j = int(y * inverse)
-    i = int(x * inverse)
-    k = count[j, i]
-    if k == PLACES:
-        return False
-    cells[j, i, 0, k] = x
-    cells[j, i, 1, k] = y
-    cells[j, i, 2, k] = own
-    cells[j, i, 3, k] = at
-    count[j, i] = k + 1
-    return True
+@kernel
+def _keep(  # type: ignore[no-untyped-def]
+    field, allowed, edge, stop, shortest, lag, inverse, count, cells, held, held_offsets, px, py, arc, offsets, owner, origin,
+):  # fmt: skip
+    """Lay earlier lines again, in the pieces for which there is room and which still follow the field.
+
+    Returns (points, lines), or (-1, 0) when the arrays, (-2, 0) when a cell is too small.
+    """
+    h, w = allowed.shape
+    n = 0
+    lines = 0
+    for line in range(len(held_offsets) - 1):
+        first = n
+        for p in range(held_offsets[line], held_offsets[line + 1]):
+            x = held[p, 0]
+            y = held[p, 1]
+            good = 0.0 <= x < w and 0.0 <= y < h
+            if good:
+                q = min(p + 1, held_offsets[line + 1] - 1)
+                dx = held[q, 0] - held[q - 1, 0]
+                dy = held[q, 1] - held[q - 1, 1]
+                mx, my = _direction(field, x, y, dx, dy)
+                size = math.sqrt(dx * dx + dy * dy)
+                good = mx * dx + my * dy > ALIKE * size and (
+                    _passable(allowed, edge, px[n - 1], py[n - 1], x, y) if n > first else allowed[int(y), int(x)] != 0
+                )
+            if good:
+                good = far(x, y, stop, inverse, cells, lines, n - first, lag)
+            if good:
+                if n >= len(px):
+                    return -1, 0
+                if not enter(x, y, inverse, count, cells, lines, n - first):
+                    return -2, 0
+                px[n] = x
+                py[n] = y
+                arc[n] = n - first
+                n += 1
+            if not good or p == held_offsets[line + 1] - 1:
+                if n - first < shortest:
+                    forget(first, n, inverse, count, cells, px, py)
+                    n = first
+                else:
+                    if lines + 2 >= len(offsets):
+                        return -1, 0
+                    owner[lines] = lines
+                    origin[lines] = line
+                    lines += 1
+                    offsets[lines] = n
+                    first = n
+    return n, lines
 
 
 @kernel
 def _place(  # type: ignore[no-untyped-def]
-    field, allowed, edge, separation, test, step, shortest, old, inverse, count, cells,
-    px, py, arc, offsets,
+    field, allowed, edge, separation, test, step, shortest, old, held, held_offsets, inverse, count, cells,
+    px, py, arc, offsets, owner, origin,
 ):  # fmt: skip
-    """Fill px, py with lines; returns (points, lines), or (-1, 0) when the arrays, (-2, 0) when a cell is too small."""
+    """Fill px, py with parts of lines; returns (points, parts, lines), or -1 when the arrays, -2 when a cell is too small.
+
+    Part k is offsets[k]:offsets[k + 1] and belongs to line owner[k], which continues line origin[owner[k]] of `held`, or -1.
+    """
     h, w = allowed.shape
-    capacity = len(px)
     lag = np.int32(3.0 * separation / step + 2.0)
     for p in range(len(old)):
         # A full cell keeps lines away as it is; points outside the picture keep nothing away.
         if 0.0 <= old[p, 0] < w and 0.0 <= old[p, 1] < h:
-            _enter(old[p, 0], old[p, 1], inverse, count, cells, -1, 0)
-    n = 0
-    lines = 0
+            enter(old[p, 0], old[p, 1], inverse, count, cells, -1, 0)
+    n, lines = _keep(
+        field, allowed, edge, separation * test, shortest, lag, inverse, count, cells, held, held_offsets,
+        px, py, arc, offsets, owner, origin,
+    )  # fmt: skip
+    if n < 0:
+        return n, 0, 0
+    parts = lines
+    # Only when all are there do their ends grow.
+    for line in range(lines):
+        begin = offsets[line]
+        end = offsets[line + 1] - 1
+        for way in (1, -1):
+            a = end if way == 1 else begin
+            dx, dy = _direction(field, px[a], py[a], px[a] - px[a - way], py[a] - py[a - way])
+            last = n
+            n = _grow(
+                field, allowed, edge, separation * test, step, lag, inverse, count, cells, line, way,
+                px[a], py[a], dx, dy, arc[a], n, px, py, arc,
+            )  # fmt: skip
+            if n < 0:
+                return n, 0, 0
+            if n > last:
+                if parts + 2 >= len(offsets):
+                    return -1, 0, 0
+                owner[parts] = line
+                parts += 1
+                offsets[parts] = n
     queue = 0
     candidate = 0
     spread = max(1.0, 0.75 * separation)
@@ -146,10 +231,10 @@ def _place(  # type: ignore[no-untyped-def]
     closed = np.zeros(across * down, dtype=np.bool_)
     while True:
         # The next place to begin: beside the lines there are, in their order; then any gap that is left.
-        if queue < lines:
+        if queue < parts:
             if point >= offsets[queue + 1]:
                 queue += 1
-                if queue < lines:
+                if queue < parts:
                     point = offsets[queue]
                 continue
             dx, dy = _direction(field, px[point], py[point], 1.0, 0.0)
@@ -173,8 +258,8 @@ def _place(  # type: ignore[no-untyped-def]
             candidate += 1
         if not (0.0 <= sx < w and 0.0 <= sy < h) or allowed[int(sy), int(sx)] == 0:
             continue
-        if not _far(sx, sy, room, inverse, cells, -2, 0, 0):
-            if queue == lines and room == wide and not _far(sx, sy, narrow, inverse, cells, -2, 0, 0):
+        if not far(sx, sy, room, inverse, cells, -2, 0, 0):
+            if queue == parts and room == wide and not far(sx, sy, narrow, inverse, cells, -2, 0, 0):
                 closed[candidate - 1] = True
             continue
         fx, fy = _direction(field, sx, sy, 1.0, 0.0)
@@ -184,71 +269,50 @@ def _place(  # type: ignore[no-untyped-def]
         # What fills gaps stays out of narrower ones, and is more than a dash.
         stop = separation * test if room == wide else narrow
         first = n
-        for way in range(2):
-            x = sx
-            y = sy
-            dx = fx if way == 0 else -fx
-            dy = fy if way == 0 else -fy
-            at = np.int32(0)
-            while True:
-                if way == 0 or at != 0:
-                    if n >= capacity:
-                        return -1, 0
-                    if not _enter(x, y, inverse, count, cells, lines, at):
-                        return -2, 0
-                    px[n] = x
-                    py[n] = y
-                    arc[n] = at
-                    n += 1
-                # Midpoint rule, the middle foreseen from the last step's direction: one look at the field a step.
-                mx, my = _direction(field, x + 0.5 * step * dx, y + 0.5 * step * dy, dx, dy)
-                if mx * dx + my * dy < TURN:
-                    break
-                nx = x + step * mx
-                ny = y + step * my
-                if not (0.0 <= nx < w and 0.0 <= ny < h):
-                    break
-                i = int(x)
-                j = int(y)
-                i2 = int(nx)
-                j2 = int(ny)
-                if allowed[j2, i2] == 0:
-                    break
-                if i2 != i and edge[j, min(i, i2), 0] >= 0.0:
-                    break
-                if j2 != j and edge[min(j, j2), i2, 1] >= 0.0:
-                    break
-                at += np.int32(1) if way == 0 else np.int32(-1)
-                if not _far(nx, ny, stop, inverse, cells, lines, at, lag):
-                    break
-                x = nx
-                y = ny
-                dx = mx
-                dy = my
+        if n >= len(px):
+            return -1, 0, 0
+        if not enter(sx, sy, inverse, count, cells, lines, 0):
+            return -2, 0, 0
+        px[n] = sx
+        py[n] = sy
+        arc[n] = 0
+        n += 1
+        for way in (1, -1):
+            n = _grow(
+                field, allowed, edge, stop, step, lag, inverse, count, cells, lines, way, sx, sy, way * fx, way * fy, 0,
+                n, px, py, arc,
+            )  # fmt: skip
+            if n < 0:
+                return n, 0, 0
         if n - first < (shortest if room == wide else max(shortest, longer)):
-            while n > first:
-                n -= 1
-                j = int(py[n] * inverse)
-                i = int(px[n] * inverse)
-                count[j, i] -= 1
-                cells[j, i, 0, count[j, i]] = NOWHERE
+            forget(first, n, inverse, count, cells, px, py)
+            n = first
             continue
+        if parts + 2 >= len(offsets):
+            return -1, 0, 0
+        owner[parts] = lines
+        origin[lines] = -1
         lines += 1
-        if lines >= len(offsets):
-            return -1, 0
-        offsets[lines] = n
-    return n, lines
+        parts += 1
+        offsets[parts] = n
+    return n, parts, lines
 
 
 @kernel
-def _in_order(offsets, px, py, arc, out):  # type: ignore[no-untyped-def]
-    """Lines grew both ways from their seeds; put their points in the order of arc."""
-    for i in range(len(offsets) - 1):
-        low = 0
-        for p in range(offsets[i], offsets[i + 1]):
-            low = min(low, arc[p])
-        for p in range(offsets[i], offsets[i + 1]):
-            q = offsets[i] + arc[p] - low
+def _in_order(parts, owner, px, py, arc, out, lines):  # type: ignore[no-untyped-def]
+    """Lines grew both ways; put their points one after the other in the order of arc. `lines` becomes their offsets."""
+    low = np.zeros(len(lines), dtype=np.int64)
+    for k in range(len(parts) - 1):
+        i = owner[k]
+        lines[i + 1] += parts[k + 1] - parts[k]
+        for p in range(parts[k], parts[k + 1]):
+            low[i] = min(low[i], arc[p])
+    for i in range(1, len(lines)):
+        lines[i] += lines[i - 1]
+    for k in range(len(parts) - 1):
+        i = owner[k]
+        for p in range(parts[k], parts[k + 1]):
+            q = lines[i] + arc[p] - low[i]
             out[q, 0] = px[p]
             out[q, 1] = py[p]
 
@@ -263,6 +327,7 @@ def streamlines(
     step: float = 1.0,
     shortest: float | None = None,
     beside: NDArray[np.float32] | None = None,
+    kept: Streamlines | None = None,
 ) -> Streamlines:
     """Lines along a field, `separation` pixels apart.
 
@@ -273,6 +338,7 @@ def streamlines(
     step      pixels between points; midpoint rule
     shortest  length in pixels below which a line is dropped; default the separation
     beside    (n, 2) points of earlier lines to keep away from: how a denser set is nested in a sparser one
+    kept      lines to begin with, points about a step apart: they stay as far as there is room and they follow the field
     """
     if field.ndim != 3 or field.shape[0] != 2:
         raise InputError(f"field must be (2, height, width), not {field.shape}")
@@ -289,23 +355,30 @@ def streamlines(
     allowed = np.ones((h, w), dtype=bool) if allowed is None else allowed
     edge = np.full((h, w, 2), np.nan, dtype=np.float32) if edge is None else edge
     old = np.zeros((0, 2), dtype=np.float32) if beside is None else beside
+    none = np.zeros(0, dtype=np.int64)
+    held = Streamlines(np.zeros((0, 2), dtype=np.float32), np.zeros(1, dtype=np.int64), none) if kept is None else kept
     shortest = separation if shortest is None else shortest
     least = max(2, int(shortest / step) + 1)
     capacity = 1024 + int(1.6 * int(allowed.sum()) / (separation * step))
     size = separation
     while True:
         px, py, arc = (np.empty(capacity, dtype=t) for t in (np.float32, np.float32, np.int32))
-        offsets = np.zeros(capacity // 2 + 2, dtype=np.int64)
+        offsets, owner, origin = (np.zeros(capacity // 2 + 4, dtype=np.int64) for _ in range(3))
         count = np.zeros((int(h / size) + 1, int(w / size) + 1), dtype=np.int32)
         cells = np.full((*count.shape, 4, PLACES), NOWHERE)
-        n, lines = _place(
-            field, allowed.view(np.uint8), edge, float(separation), float(test), float(step), least, old, 1.0 / size,
-            count, cells, px, py, arc, offsets,
+        n, parts, lines = _place(
+            field, allowed.view(np.uint8), edge, float(separation), float(test), float(step), least, old,
+            held.points, held.offsets, 1.0 / size, count, cells, px, py, arc, offsets, owner, origin,
         )  # fmt: skip
         if n >= 0:
             break
         capacity, size = (2 * capacity, size) if n == -1 else (capacity, 0.7 * size)
-    offsets = offsets[: lines + 1].copy()
     points = np.empty((n, 2), dtype=np.float32)
-    _in_order(offsets, px, py, arc, points)
-    return Streamlines(points, offsets)
+    ends = np.zeros(lines + 1, dtype=np.int64)
+    _in_order(offsets[: parts + 1], owner, px, py, arc, points, ends)
+    origin = origin[:lines]
+    number = np.empty(lines, dtype=np.int64)
+    new = origin < 0
+    number[~new] = held.number[origin[~new]]
+    number[new] = np.arange(new.sum()) + held.number.max(initial=-1) + 1
+    return Streamlines(points, ends, number)

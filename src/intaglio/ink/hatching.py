@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,7 +19,7 @@ from intaglio.gbuffer import GBuffer
 from intaglio.ink.density import line_density
 from intaglio.ink.direction import direction_field
 from intaglio.ink.smoothing import blurred
-from intaglio.ink.streamlines import streamlines
+from intaglio.ink.streamlines import Streamlines, streamlines
 from intaglio.ink.strokes import (
     arc_length,
     lifted,
@@ -109,10 +110,23 @@ def hatching_layers(
     mm_per_pixel  scale of the plate
     seed          of the hand's randomness
     """
-    rng = np.random.default_rng(seed)
+    return hatched(gb, hatching, mm_per_pixel, seed=seed, progress=progress)[0]
+
+
+def hatched(
+    gb: GBuffer,
+    hatching: Hatching,
+    mm_per_pixel: float,
+    *,
+    seed: int = 0,
+    kept: Sequence[Streamlines] = (),
+    progress: Progress | None = None,
+) -> tuple[list[Layer], list[Streamlines]]:
+    """The layers, and the streamlines that they were cut from; `kept` are a former picture's, carried into this one."""
     dark = darkness(gb, hatching, mm_per_pixel)
     lines_along = direction_field(gb, hatching.smoothing / mm_per_pixel, hatching.passes)
     layers: list[Layer] = []
+    laid: list[Streamlines] = []
     beside: dict[float, Floats] = {}
     plan = tones(hatching)
     finest = min(tone.separation for tone in plan)
@@ -131,28 +145,25 @@ def hatching_layers(
             edge=gb.edge,
             test=hatching.evenness,
             beside=beside.get(tone.angle),
+            kept=kept[done] if kept else None,
         )
         beside[tone.angle] = np.concatenate([beside[tone.angle], lines.points]) if tone.angle in beside else lines.points
-        strokes = _strokes(lines.points, lines.offsets, dark, tone, hatching, mm_per_pixel, rng)
+        strokes = _strokes(lines, dark, tone, hatching, mm_per_pixel, [seed, done])
+        laid.append(lines)
         layers.append(Layer(tone.name, strokes, colour=hatching.ink))
     if progress:
         progress(len(plan), len(plan))
-    return layers
+    return layers, laid
 
 
-def _strokes(
-    points: Floats,
-    offsets: NDArray[np.int64],
-    dark: Floats,
-    tone: _Tone,
-    hatching: Hatching,
-    mm_per_pixel: float,
-    rng: np.random.Generator,
-) -> Strokes:
+def _strokes(lines: Streamlines, dark: Floats, tone: _Tone, hatching: Hatching, mm_per_pixel: float, seed: list[int]) -> Strokes:
     """Cut streamlines where it is too bright for them; width and opacity from how dark it is and how many lines share that."""
     least = (hatching.thinnest / hatching.thickest) ** (1.0 / (1.0 - hatching.pressure)) if hatching.pressure < 1.0 else 0.0
     region = dark > tone.begin + EARLY * least * (tone.end - tone.begin)
-    ragged = rng.normal(0.0, hatching.ragged, len(offsets) - 1).astype(np.float32)
+    # One draw a number, so that a line that is kept from picture to picture keeps its chance.
+    rng = np.random.default_rng(seed)
+    points, offsets = lines.points, lines.offsets
+    ragged = rng.normal(0.0, hatching.ragged, lines.number.max(initial=-1) + 1).astype(np.float32)[lines.number]
     load = (sample(dark, points) + ragged[line_of(offsets)] - tone.begin) / (tone.end - tone.begin)
     index, offsets = runs((load >= EARLY * least) & (load > 0.0), offsets)
     points, load = points[index], load[index]

@@ -26,7 +26,7 @@ def _taken(cell, fx, fy, bound, own, at, lag):  # type: ignore[no-untyped-def]
     return hits > np.float32(0.0)
 
 
-@helper
+@kernel
 def far(x, y, limit, inverse, cells, own, at, lag):  # type: ignore[no-untyped-def]
     """No point of another line, nor of the line's own distant part, within `limit` of (x, y)."""
     # float32 all through: numba widens integers to 64 bits, which halves the lanes of the vector.

@@ -187,8 +187,9 @@ def _place(  # type: ignore[no-untyped-def]
         # A full cell keeps lines away as it is; points outside the picture keep nothing away.
         if 0.0 <= old[p, 0] < w and 0.0 <= old[p, 1] < h:
             enter(old[p, 0], old[p, 1], inverse, count, cells, -1, 0)
+    longer = max(shortest, int(LONGER * separation / step))
     n, lines = _keep(
-        field, allowed, edge, separation * test, shortest, lag, inverse, count, cells, held, held_offsets,
+        field, allowed, edge, separation * test, longer, lag, inverse, count, cells, held, held_offsets,
         px, py, arc, offsets, owner, origin,
     )  # fmt: skip
     if n < 0:
@@ -227,7 +228,6 @@ def _place(  # type: ignore[no-untyped-def]
     wide = 0.98 * separation
     narrow = min(max(test, NARROW) * separation, wide)
     room = wide
-    longer = int(LONGER * separation / step)
     closed = np.zeros(across * down, dtype=np.bool_)
     while True:
         # The next place to begin: beside the lines there are, in their order; then any gap that is left.
@@ -284,7 +284,7 @@ def _place(  # type: ignore[no-untyped-def]
             )  # fmt: skip
             if n < 0:
                 return n, 0, 0
-        if n - first < (shortest if room == wide else max(shortest, longer)):
+        if n - first < (shortest if room == wide else longer):
             forget(first, n, inverse, count, cells, px, py)
             n = first
             continue

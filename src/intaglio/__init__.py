@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
+    from intaglio.animation import turntable as turntable
     from intaglio.camera import Camera as Camera
     from intaglio.drawing import Drawing as Drawing, Image as Image
     from intaglio.errors import InputError as InputError
@@ -66,6 +67,7 @@ _PUBLIC = {
     "style": "ink.styles",
     "styles": "ink.styles",
     "surface_camera": "plate",
+    "turntable": "animation",
 }
 
 __all__ = sorted(_PUBLIC)  # noqa: PLE0605

@@ -52,7 +52,7 @@ def turntable(
 ) -> Iterator[Drawing]:
     """Hatched plates of a body that turns about its long axis, one by one, each when it is asked for.
 
-    frames, degrees  how many plates share what angle; the body turns to its left
+    frames, degrees  how many plates share what angle; the viewer walks round the body, to its left first
     size             rays along the longer side
     camera           more of what `Camera.looking` takes
     The rest as `hatch`. The streamlines of each plate are carried to the next one with the surface: they stay where there is
@@ -90,7 +90,11 @@ def _plates(
         layers, lines = hatched(gb, hatching, mm, seed=seed, kept=kept)
         before = gb
         yield Drawing(
-            (*layers, *line_layers(gb, hatching, mm)), width_mm, height * mm, hatching.paper, f"{volume.name}, iso {iso:g}, {done + 1}"
+            (*layers, *line_layers(gb, hatching, mm)),
+            width_mm,
+            height * mm,
+            hatching.paper,
+            f"{volume.name}, iso {iso:g}, {done + 1}",
         )
         if progress:
             progress(done + 1, len(cameras))

@@ -14,6 +14,7 @@ from intaglio.cli.demo import demo
 from intaglio.cli.hatch import hatch
 from intaglio.cli.info import info
 from intaglio.cli.render import render
+from intaglio.cli.turntable import turntable
 from intaglio.errors import InputError
 
 # What typer raises for wrong usage; of that family it names only BadParameter.
@@ -27,9 +28,10 @@ app = typer.Typer(
     "`intaglio demo` draws the head that comes with it\n\n"
     "`intaglio info SCAN` tells what is in a scan\n\n"
     "`intaglio render SCAN -o picture.png` shows what is inside\n\n"
-    "`intaglio hatch SCAN -o plate.svg` draws it",
+    "`intaglio hatch SCAN -o plate.svg` draws it\n\n"
+    "`intaglio turntable SCAN -o spin.gif` turns it",
 )
-for command in (demo, info, hatch, render):
+for command in (demo, info, hatch, turntable, render):
     app.command()(command)
 
 

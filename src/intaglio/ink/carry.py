@@ -34,7 +34,7 @@ def _depths(gb: GBuffer, points: Floats) -> tuple[Floats, Floats, Floats]:
 
 
 def carried(lines: Streamlines, before: GBuffer, now: GBuffer) -> Streamlines:
-    """The visible parts of lines that lie on the surface in `before`, where `now` shows them; their points keep their distance."""
+    """Lines that lie on the surface in `before`, where `now` shows them, as far as it does; points as far apart as they were."""
     if len(lines) == 0:
         return lines
     ray = before.camera.rays()
@@ -49,9 +49,14 @@ def carried(lines: Streamlines, before: GBuffer, now: GBuffer) -> Streamlines:
     w, h = now.camera.size
     inside = sure & (place[:, 0] >= 0) & (place[:, 0] < w) & (place[:, 1] >= 0) & (place[:, 1] < h)
     points = np.where(inside[:, None], place[:, :2], 0.0).astype(np.float32)
-    seen, nearest, farthest = _depths(now, points)
+    _, nearest, farthest = _depths(now, points)
     slack = 1.5 * pixel
-    visible = inside & np.isfinite(seen) & (place[:, 2] > nearest - slack) & (place[:, 2] < farthest + slack)
+    visible = (
+        inside
+        & now.mask[points[:, 1].astype(np.int64), points[:, 0].astype(np.int64)]
+        & (place[:, 2] > nearest - slack)
+        & (place[:, 2] < farthest + slack)
+    )
     index, offsets = runs(visible, lines.offsets)
     step = float(np.linalg.norm(lines.points[1] - lines.points[0]))
     number = lines.number[line_of(lines.offsets)[index[offsets[:-1]]]]

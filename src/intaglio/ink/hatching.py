@@ -163,24 +163,24 @@ def _strokes(lines: Streamlines, dark: Floats, tone: _Tone, hatching: Hatching, 
     # One draw a number, so that a line that is kept from picture to picture keeps its chance.
     rng = np.random.default_rng(seed)
     points, offsets = lines.points, lines.offsets
-    ragged = rng.normal(0.0, hatching.ragged, lines.number.max(initial=-1) + 1).astype(np.float32)[lines.number]
-    load = (sample(dark, points) + ragged[line_of(offsets)] - tone.begin) / (tone.end - tone.begin)
+    ragged = rng.normal(0.0, hatching.ragged, lines.number.max(initial=-1) + 1).astype(np.float32)
+    number = lines.number[line_of(offsets)]
+    load = (sample(dark, points) + ragged[number] - tone.begin) / (tone.end - tone.begin)
     index, offsets = runs((load >= EARLY * least) & (load > 0.0), offsets)
-    points, load = points[index], load[index]
-
-    along = arc_length(points, offsets)
+    points, load, number = points[index], load[index], number[index]
     if len(points) == 0:
         return Strokes.none()
     # Faint strokes on bare paper must be longer to stay: on bright surfaces, short ones are noise.
     faint = 1.0 - np.minimum(np.maximum.reduceat(load, offsets[:-1]), 1.0) if tone.begin == 0.0 else 0.0
-    long_enough = along[offsets[1:] - 1] * mm_per_pixel >= hatching.shortest * (1.0 + FAINT * faint)
+    long_enough = arc_length(points, offsets)[offsets[1:] - 1] * mm_per_pixel >= hatching.shortest * (1.0 + FAINT * faint)
     index, offsets = runs(np.repeat(long_enough, np.diff(offsets)), offsets)
-    points, load = points[index], load[index]
+    points, load, number = points[index], load[index], number[index]
     if len(points) == 0:
         return Strokes.none()
     if hatching.longest > 0:
-        index, offsets = lifted(arc_length(points, offsets) * mm_per_pixel, offsets, hatching.longest, rng)
-        points, load = points[index], load[index]
+        along = arc_length(points, offsets) * mm_per_pixel
+        index, offsets = lifted(along, offsets, hatching.longest, rng, number[offsets[:-1]])
+        points, load, number = points[index], load[index], number[index]
     turned = reversed_where(load[offsets[:-1]] < load[offsets[1:] - 1], offsets)
     points, load = points[turned], np.minimum(load[turned], 1.0)
     # Lines fade out where tone does; where others stop them in the dark, they would leave white flecks.
@@ -193,8 +193,8 @@ def _strokes(lines: Streamlines, dark: Floats, tone: _Tone, hatching: Hatching, 
     load = np.clip(load * planned / np.maximum(density, 0.6 * planned), least, 1.0)
     points = points * np.float32(mm_per_pixel)
     if hatching.wobble > 0:
-        along = arc_length(points, offsets)
-        points = points + sideways(points, offsets) * wander(offsets, along, hatching.wobble, 9.0, rng)[:, None]
+        aside = wander(offsets, arc_length(points, offsets), hatching.wobble, 9.0, rng, number[offsets[:-1]])
+        points = points + sideways(points, offsets) * aside[:, None]
     width = hatching.thickest * load ** (1.0 - hatching.pressure) * ends
     opacity = hatching.opacity * load**hatching.pressure
     return pack(points, width, opacity, offsets)

@@ -55,24 +55,33 @@ def runs(keep: NDArray[np.bool_], offsets: NDArray[np.int64], least: int = 2) ->
     return index, np.concatenate([[0], np.cumsum(size[size >= max(least, 2)])]).astype(np.int64)
 
 
+def _chance(rng: np.random.Generator, number: NDArray[np.int64] | None, lines: int, many: int) -> NDArray[np.float64]:
+    """(lines, many) numbers from 0 to 1, in each row those that belong to the line's number."""
+    if number is None:
+        return rng.random((lines, many))
+    return rng.random((int(number.max(initial=-1)) + 1, many))[number]
+
+
 def lifted(
-    along: Floats, offsets: NDArray[np.int64], longest: float, rng: np.random.Generator
+    along: Floats, offsets: NDArray[np.int64], longest: float, rng: np.random.Generator, number: NDArray[np.int64] | None = None
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Break lines into pieces of about `longest` that overlap a little, as a hand does: indices of points, and offsets.
 
-    along is the arc length of each point, in the unit of `longest`.
+    along is the arc length of each point, in the unit of `longest`; number (m,) tells lines whose chance is to be the same in
+    every call from others.
     """
     total = along[offsets[1:] - 1]
     # A piece has a few points at least.
     longest = max(longest, 8.0 * float(total.sum()) / len(along))
     pieces = np.maximum(1, np.round(total / longest)).astype(np.int64)
     line = np.repeat(np.arange(len(pieces)), pieces)
-    number = np.arange(len(line)) - np.repeat(np.cumsum(pieces) - pieces, pieces)
-    cut = (number + np.where(number > 0, rng.uniform(-0.25, 0.25, len(line)), 0.0)) / pieces[line] * total[line]
+    piece = np.arange(len(line)) - np.repeat(np.cumsum(pieces) - pieces, pieces)
+    chance = _chance(rng, number, len(pieces), 16)[line, piece % 16]
+    cut = (piece + np.where(piece > 0, 0.5 * chance - 0.25, 0.0)) / pieces[line] * total[line]
     until = np.append(cut[1:], 0.0)
-    last = number == pieces[line] - 1
+    last = piece == pieces[line] - 1
     until[last] = total[line[last]] + 1.0
-    overlap = rng.uniform(0.06, 0.16, len(line)) * longest
+    overlap = (0.06 + 0.1 * (7.0 * chance % 1.0)) * longest
     # Lines one after the other on one axis, so that one search finds every piece's points.
     span = float(total.max()) + 4.0 * longest
     axis = along.astype(np.float64) + span * line_of(offsets)
@@ -112,12 +121,18 @@ def taper(points: Floats, offsets: NDArray[np.int64], begin: Floats | float, end
     return np.sqrt(both * (2.0 - both)).astype(np.float32)
 
 
-def wander(offsets: NDArray[np.int64], along: Floats, amplitude: float, wavelength: float, rng: np.random.Generator) -> Floats:
-    """(n,) slow random sideways movement of a hand, of about `amplitude`, different for each line."""
-    lines = len(offsets) - 1
+def wander(
+    offsets: NDArray[np.int64],
+    along: Floats,
+    amplitude: float,
+    wavelength: float,
+    rng: np.random.Generator,
+    number: NDArray[np.int64] | None = None,
+) -> Floats:
+    """(n,) slow random sideways movement of a hand, of about `amplitude`, different for each line, or number of a line."""
     line = line_of(offsets)
-    phase = rng.uniform(0, 2 * np.pi, (3, lines))
-    pitch = rng.uniform(0.6, 1.6, (3, lines)) / wavelength
+    chance = _chance(rng, number, len(offsets) - 1, 6)
+    phase, pitch = 2 * np.pi * chance[:, :3].T, (0.6 + chance[:, 3:].T) / wavelength
     total = sum(np.sin(2 * np.pi * along * pitch[k][line] * (k + 1) / 2 + phase[k][line]) / (k + 1) for k in range(3))
     return np.asarray(amplitude * 0.6 * total, dtype=np.float32)
 

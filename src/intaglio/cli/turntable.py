@@ -1,0 +1,100 @@
+"""`intaglio turntable`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+from typer import Option
+
+from intaglio.cli.console import out, running, say
+from intaglio.cli.cuts import Cut, check_cuts, selections_of
+from intaglio.cli.hatch import PAPER, SMALL
+from intaglio.cli.options import (
+    CAMERA,
+    Distance,
+    Fill,
+    Index,
+    MainLight,
+    Perspective,
+    Raw,
+    Roll,
+    Scan,
+    Series,
+    Spacing,
+    View,
+    Zoom,
+    lamps,
+    lens,
+    number,
+    read,
+    with_options,
+)
+from intaglio.ink.styles import STYLES, Hatching, style as named_style
+
+DEFAULT = Path("spin.gif")
+TURN: Any = {"rich_help_panel": "Turning"}
+
+
+@with_options(Hatching)
+def turntable(
+    scan: Scan,
+    output: Annotated[
+        Path,
+        Option("--output", "-o", metavar="FILE", help="To write: .gif, animated .png, or a folder of PNG.", readable=False),
+    ] = DEFAULT,
+    view: View = "anterior",
+    iso: Annotated[float | None, number("--iso", "Value where the surface is; without it, the body's surface")] = None,
+    islands: Annotated[float | None, number("--islands", f"Leave out pieces {SMALL}", 0, 1)] = None,
+    style: Annotated[str, Option("--style", metavar="NAME", help=f"One of {', '.join(STYLES)}.")] = "pen-and-ink",
+    cut: Cut = None,
+    seed: Annotated[int, number("--seed", "Of the hand's randomness: equal seed, equal plates", 0, kind=int)] = 0,
+    frames: Annotated[int, number("--frames", "How many pictures share the turn", 1, 3600, kind=int, **TURN)] = 36,
+    degrees: Annotated[float, number("--degrees", "How far it turns", -36000, 36000, unit="DEGREES", **TURN)] = 360,
+    rate: Annotated[float, number("--rate", "Pictures a second", 1, 50, **TURN)] = 12,
+    width: Annotated[float, number("--width", "Width of the paper", 5, 5000, unit="MM", **PAPER)] = 120,
+    dpi: Annotated[float, number("--dpi", "Resolution of the pictures", 10, 2400, **PAPER)] = 130,
+    size: Annotated[int, number("--size", "Rays along the longer side", 1, 32768, kind=int, **CAMERA)] = 800,
+    light: MainLight = None,
+    perspective: Perspective = None,
+    distance: Distance = None,
+    zoom: Zoom = 1,
+    roll: Roll = 0,
+    raw: Raw = None,
+    spacing: Spacing = None,
+    fill: Fill = None,
+    series: Series = None,
+    index: Index = None,
+    **parameters: Any,
+) -> None:
+    """Draw a surface of a scan as it turns, with strokes that stay on it.
+
+    `intaglio turntable head.nii.gz -o spin.gif`
+
+    `intaglio turntable head.nii.gz --frames 90 --style engraving -o frames`
+    """
+    from intaglio.animation import turntable as plates_of
+    from intaglio.camera import view_direction
+    from intaglio.io.moving import check_moving, save_moving
+    from intaglio.plate import ISLANDS
+    from intaglio.rendering.isovalue import body_surface
+
+    check_moving(output)
+    hatching = named_style(style, **{k: v for k, v in parameters.items() if v is not None})
+    view_direction(view)
+    lights = lamps(light)
+    check_cuts(cut)
+    looking = lens(perspective, distance, zoom, roll)
+    with running() as steps:
+        volume = read(steps, scan, raw, spacing, fill, series, index)
+        if iso is None:
+            iso, what = body_surface(volume)
+            say(f"note: no --iso given; drawing {iso:g}, {what}")
+        with steps.step("plates") as progress:
+            plates = plates_of(
+                volume, iso=iso, frames=frames, degrees=degrees, view=view, size=size, style=hatching, seed=seed, width_mm=width,
+                islands=ISLANDS if islands is None else islands, selections=selections_of(cut, volume), lights=lights,
+                camera=looking, progress=progress,
+            )  # fmt: skip
+            count = save_moving(plates, output, dpi=dpi, rate=rate)
+    out.print(f"{output}  {count} plates, {steps.summary()}", markup=False)

@@ -165,7 +165,8 @@ def _strokes(lines: Streamlines, dark: Floats, tone: _Tone, hatching: Hatching, 
     points, offsets = lines.points, lines.offsets
     ragged = rng.normal(0.0, hatching.ragged, lines.number.max(initial=-1) + 1).astype(np.float32)
     number = lines.number[line_of(offsets)]
-    load = (sample(dark, points) + ragged[number] - tone.begin) / (tone.end - tone.begin)
+    load = (sample(dark, points) - tone.begin) / (tone.end - tone.begin)
+    load += ragged[number] / (tone.end - tone.begin) * np.clip(1.0 - load, 0.0, 1.0)
     index, offsets = runs((load >= EARLY * least) & (load > 0.0), offsets)
     points, load, number = points[index], load[index], number[index]
     if len(points) == 0:

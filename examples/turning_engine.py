@@ -21,9 +21,7 @@ def make(data: Path | None, size: int) -> ig.Drawing:
     layers, width, height = [], 0.0, 0.0
     for i, plate in enumerate(plates):
         corner = np.float32([i % ACROSS * (plate.width_mm + GAP), i // ACROSS * (plate.height_mm + GAP)])
-        width, height = (
-            float(max(a, b)) for a, b in zip((width, height), corner + (plate.width_mm, plate.height_mm), strict=True)
-        )
+        width, height = max(width, float(corner[0]) + plate.width_mm), max(height, float(corner[1]) + plate.height_mm)
         for layer in plate.layers:
             moved = replace(layer.strokes, points=layer.strokes.points + corner)
             layers.append(replace(layer, name=f"{i + 1} {layer.name}", strokes=moved))

@@ -20,7 +20,8 @@ from intaglio.ink.lines import line_layers
 from intaglio.ink.streamlines import Streamlines
 from intaglio.ink.styles import Hatching, style as named_style
 from intaglio.lighting import Light, Material
-from intaglio.plate import ISLANDS, PLATE_LIGHTS, PLATE_MATERIAL
+from intaglio.parts import ISLANDS
+from intaglio.plate import PLATE_LIGHTS, PLATE_MATERIAL
 from intaglio.rendering.isosurface import isosurface
 from intaglio.rendering.isovalue import body_surface
 from intaglio.rendering.skipping import SURFACE, surface_blocks, surface_corners

@@ -76,7 +76,7 @@ def turntable(
     from intaglio.animation import turntable as plates_of
     from intaglio.camera import view_direction
     from intaglio.io.moving import check_moving, save_moving
-    from intaglio.plate import ISLANDS
+    from intaglio.parts import ISLANDS
     from intaglio.rendering.isovalue import body_surface
 
     check_moving(output)

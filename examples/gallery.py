@@ -22,7 +22,7 @@ AS_SVG = "pen_and_ink_head"
 
 def examples() -> list[ModuleType]:
     """The modules that make a picture."""
-    names = sorted(p.stem for p in HERE.glob("*.py") if p.stem not in ("gallery", "_scans"))
+    names = sorted(p.stem for p in HERE.glob("*.py") if p.stem != "gallery" and p.stem[0] != "_")
     return [importlib.import_module(name) for name in names]
 
 
@@ -38,7 +38,7 @@ def reading_size(plate: ig.Drawing | ig.Image, limit: int = 300_000) -> bytes:
     picture = Picture.fromarray(image.bytes8[..., :3])
     picture = picture.resize((WIDTH, round(WIDTH * picture.height / picture.width)), Picture.Resampling.LANCZOS)
     pixels = np.asarray(picture).astype(int)
-    if isinstance(plate, ig.Drawing) or np.ptp(pixels, axis=2).max() < 12:
+    if np.ptp(pixels, axis=2).max() < 12:
         picture = picture.convert("L")
     for colours in (256, 128, 64, 32, 16, 8):
         out = io.BytesIO()

@@ -9,6 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy import ndimage
 
 from intaglio import Camera, GBuffer, Light, Material, TransferFunction, Volume
 
@@ -396,3 +397,30 @@ def shells(radii: Sequence[float], values: Sequence[float], shape: tuple[int, in
     for radius, before, after in zip(radii, values, values[1:], strict=False):
         total += (after - before) / (1.0 + np.exp(np.clip(4.0 * (r - radius) / soft, -60.0, 60.0)))
     return Volume(total.astype(np.float32), matrix)
+
+
+def stamped(
+    nodes: ArrayLike, count: ArrayLike, offsets: Sequence[int], tip: ArrayLike, sizes: int, size: tuple[int, int]
+) -> Array:
+    """(h, w) pigment of tips (sizes, side, side) stamped along strokes without jitter or turning, a stamp at a time.
+
+    nodes are x, y, reach, tip width, pigment of a stamp; stamps are where `count` is whole. A tip is seen bilinearly, at
+    the smallest of its sizes, each half the one before, that is larger than half of what it is to be.
+    """
+    nodes, count, tip = np.asarray(nodes, dtype=float), np.asarray(count, dtype=float), np.asarray(tip, dtype=float)
+    largest = tip.shape[-1] - 2
+    y, x = np.indices(size) + 0.5
+    out = np.zeros(size)
+    for first, end in pairwise(offsets):
+        for k in range(int(np.ceil(count[first])), int(np.floor(count[end - 1])) + 1):
+            i = min(max(int(np.searchsorted(count[first:end], k)) - 1 + first, first), end - 2)
+            t = (k - count[i]) / (count[i + 1] - count[i])
+            cx, cy, _, wide, pigment = nodes[i] + t * (nodes[i + 1] - nodes[i])
+            way = nodes[i + 1, :2] - nodes[i, :2]
+            c, s = way / np.linalg.norm(way)
+            level = next((n for n in range(sizes) if largest >> n <= 2 * wide), sizes - 1)
+            n = largest >> level
+            u = ((x - cx) * c + (y - cy) * s) / wide * n + (n + 1) / 2
+            v = ((y - cy) * c - (x - cx) * s) / wide * n + (n + 1) / 2
+            out += pigment * ndimage.map_coordinates(tip[level][: n + 2, : n + 2], [v, u], order=1, mode="constant")
+    return out

@@ -27,7 +27,7 @@ from intaglio.cli import app, main
 from intaglio.ink.styles import STYLES, Hatching, styles
 
 POSIX = os.name == "posix"
-COMMANDS = ("demo", "info", "hatch", "turntable", "render")
+COMMANDS = ("demo", "info", "hatch", "contour", "turntable", "render")
 COLOURS = ("FORCE_COLOR", "NO_COLOR", "TTY_COMPATIBLE", "TTY_INTERACTIVE", "GITHUB_ACTIONS")
 
 
@@ -113,6 +113,7 @@ HATCHED = [
     "hatch {scan} -o plate.png --dpi 60",
     "hatch {scan} --output plate.svg --plotter",
     *(f"hatch {{scan}} --style {name}" for name in styles()),
+    "hatch {scan} --hand-increment 4 --hand-deviation 1 -o plate.png --dpi 60 --brush charcoal --grain 1",
     *(f"hatch {{scan}} --view {name}" for name in ("anterior", "posterior", "left", "right", "superior", "inferior")),
     "hatch {scan} --view anterior-left",
     "hatch {scan} --view Posterior-Right-Superior",
@@ -133,6 +134,14 @@ HATCHED = [
     "hatch {scan} --crosshatch 2 --separation 1.5 --ink #0000ff --paper #fffff0 --contour 0 --contour-shortest 0",
     "hatch {raw} --raw 28x26x24,int16 --spacing 1,1,1.5",
     "hatch {raw} --raw 28x26x24,<i2",
+]
+
+
+HATCHED += [
+    "contour {scan}",
+    "contour {scan} -o plate.pdf --style charcoal --no-hand --ridge 0",
+    "contour {scan} --hand -o plate.png --dpi 60 --view left --cut plane:superior",
+    "contour {scan} --hand-points 4 --hand-rotation 13 --contour 0.2 --plotter",
 ]
 
 
@@ -178,7 +187,7 @@ def test_each_option_changes_the_plate(line: str, scan: Path, folder: Path):
 @pytest.mark.parametrize(("view", "low", "high"), [("left", 0, 0.45), ("right", 0.55, 1), ("anterior", 0.4, 0.6)])
 def test_views_show_the_side_that_they_name(view: str, low: float, high: float, scan: Path, folder: Path):
     """The nose points to the front: seen from the left it is on the left, so most of the head is on the right."""
-    plate(scan, "--view", view, "--dpi", 100, extension=".png")
+    plate(scan, "--view", view, "--dpi", 100, "--no-hand", extension=".png")
     picture = np.asarray(PIL.Image.open("compared.png").convert("L"))
     columns = np.flatnonzero((picture < 128).any(axis=0))
     heights = [np.ptp(np.flatnonzero(picture[:, column] < 128)) for column in columns]
@@ -241,7 +250,12 @@ class TestParameters:
     @pytest.mark.parametrize("name", styles())
     def test_the_style_given_parameter_by_parameter_is_the_style(self, name: str, scan: Path, folder: Path):
         style = STYLES[name]
-        each = [str(part) for item in fields(style) for part in (f"--{item.name.replace('_', '-')}", getattr(style, item.name))]
+        values = {item.name: getattr(style, item.name) for item in fields(style)}
+        hand = values.pop("hand")
+        if hand is not None:
+            values |= {f"hand-{item.name}": getattr(hand, item.name) for item in fields(hand)}
+        each = [str(part) for key, value in values.items() for part in (f"--{key.replace('_', '-')}", value)]
+        each += ["--hand" if hand is not None else "--no-hand"]
         assert plate(scan, "--style", "pencil", *each) == plate(scan, "--style", name)
 
     @pytest.mark.parametrize("item", [f for f in fields(Hatching) if f.metadata["low"] is not None], ids=lambda f: f.name)

@@ -12,7 +12,7 @@ import intaglio as ig
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 DATA = EXAMPLES.parent.parent / "shared" / "data"
-NAMES = sorted(p.stem for p in EXAMPLES.glob("*.py") if p.stem not in ("gallery", "_scans"))
+NAMES = sorted(p.stem for p in EXAMPLES.glob("*.py") if p.stem != "gallery" and p.stem[0] != "_")
 
 
 @pytest.fixture(autouse=True)

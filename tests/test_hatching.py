@@ -16,6 +16,7 @@ from intaglio import (
     Camera,
     Drawing,
     GBuffer,
+    Hand,
     Hatching,
     InputError,
     Volume,
@@ -42,7 +43,9 @@ each_style = pytest.mark.parametrize("name", styles())
 
 def plain(name: str, **changes) -> Hatching:
     """A style in black on white, without contours and feature lines."""
-    return style(name, **{"ink": "#000000", "paper": "#ffffff", "contour": 0.0, "valley": 0.0, "ridge": 0.0} | changes)
+    return style(
+        name, **{"ink": "#000000", "paper": "#ffffff", "contour": 0.0, "valley": 0.0, "ridge": 0.0, "brush": "pen"} | changes
+    )
 
 
 def grey(drawing: Drawing, mm: float) -> np.ndarray:
@@ -163,8 +166,9 @@ def assert_prints_what_is_asked(gb: GBuffer, name: str, mm: float) -> None:
     inner = gb.mask & (near > 0.7)
     assert np.abs(a - b)[inner].mean() < 0.04
     assert np.corrcoef(a[inner], b[inner])[0, 1] > 0.96
-    # Paper beside the body stays white.
-    assert printed[ndimage.binary_erosion(~gb.mask, iterations=3)].max() < 0.01
+    # Paper beside the body stays white, but for half the width of a stroke.
+    beside = 2 + round(0.5 * hatching.thickest / mm)
+    assert printed[ndimage.binary_erosion(~gb.mask, iterations=beside)].max() < 0.01
     # Tones are in order: where twelfths of them are asked for, so they are printed.
     step = np.clip(a[inner] / a[inner].max() * 12, 0, 11).astype(int)
     many = np.bincount(step, minlength=12)
@@ -200,7 +204,7 @@ def test_strokes_begin_in_the_dark(name, torus):
         assert first > last - 1e-4 or min(first, last) >= min(t.end for t in tones(hatching)) - 1e-3
         falling += first > last
         total += 1
-    assert total > 50
+    assert total > 20
     assert falling > 0.6 * total
 
 
@@ -293,9 +297,12 @@ def test_odd_pictures_give_a_plate(name, case):
     layers = hatching_layers(gb, style(name), MM) + line_layers(gb, style(name), MM)
     drawing = sound(Drawing(tuple(layers), gb.camera.size[0] * MM, gb.camera.size[1] * MM))
     marks = sum(len(layer.strokes) for layer in drawing.layers)
-    if case in ("empty", "all bright", "glaring"):
-        assert marks == 0 or name == "pencil"  # whose strokes end raggedly, before or behind where light begins
-    if case == "all dark":
+    blank, full = ("all dark",), ("all bright", "glaring")
+    if not style(name).bright:
+        blank, full = full, blank
+    if case in ("empty", *blank):
+        assert marks == 0 or style(name).ragged > 0.03  # whose strokes end raggedly, before or behind where tone begins
+    if case in full:
         assert marks > 0
 
 
@@ -348,6 +355,10 @@ def test_styles_without_chance_do_not_depend_on_the_seed(torus):
 def some(field: dataclasses.Field) -> st.SearchStrategy:
     """Values of a parameter, from its lowest up to where pictures of 60 pixels still differ."""
     low, high = field.metadata["low"], field.metadata["high"]
+    if field.name == "hand":
+        return st.sampled_from([None, Hand(), Hand(increment=1, points=2, interval=0.1)])
+    if field.name == "brush":
+        return st.sampled_from(["pen", "chalk"])
     if low is None:
         return st.sampled_from(["#000000", "#12aBf0"])
     if isinstance(field.default, int):

@@ -32,6 +32,7 @@ NOUNS = (
     "transfer_function_2d",
     "lighting",
     "gbuffer",
+    "brush",
     "drawing",
 )
 SIBLINGS = ("io", "rendering", "ink", "solid")

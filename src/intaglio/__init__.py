@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from intaglio.drawing import Drawing as Drawing, Image as Image
     from intaglio.errors import InputError as InputError
     from intaglio.gbuffer import GBuffer as GBuffer
+    from intaglio.ink.hand import Hand as Hand
     from intaglio.ink.styles import Hatching as Hatching, style as style, styles as styles
     from intaglio.io.meshes import read_mesh as read_mesh
     from intaglio.io.volumes import read_volume as read_volume
@@ -20,7 +21,9 @@ if TYPE_CHECKING:
     from intaglio.mesh import TriangleMesh as TriangleMesh
     from intaglio.parts import Part as Part, parts_of as parts_of
     from intaglio.plate import (
+        contour as contour,
         draw as draw,
+        draw_lines as draw_lines,
         hatch as hatch,
         illustrate as illustrate,
         parts_camera as parts_camera,
@@ -41,6 +44,7 @@ _PUBLIC = {
     "Camera": "camera",
     "Drawing": "drawing",
     "GBuffer": "gbuffer",
+    "Hand": "ink.hand",
     "Hatching": "ink.styles",
     "Image": "drawing",
     "InputError": "errors",
@@ -53,7 +57,9 @@ _PUBLIC = {
     "TriangleMesh": "mesh",
     "Volume": "volume",
     "body_surface": "rendering.isovalue",
+    "contour": "plate",
     "draw": "plate",
+    "draw_lines": "plate",
     "hatch": "plate",
     "illustrate": "plate",
     "isosurface": "rendering.isosurface",

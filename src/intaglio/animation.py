@@ -21,7 +21,7 @@ from intaglio.ink.streamlines import Streamlines
 from intaglio.ink.styles import Hatching, style as named_style
 from intaglio.lighting import Light, Material
 from intaglio.parts import ISLANDS
-from intaglio.plate import PLATE_LIGHTS, PLATE_MATERIAL
+from intaglio.plate import PLATE_LIGHTS, PLATE_MATERIAL, on_paper
 from intaglio.rendering.isosurface import isosurface
 from intaglio.rendering.isovalue import body_surface
 from intaglio.rendering.skipping import SURFACE, surface_blocks, surface_corners
@@ -85,18 +85,12 @@ def _plates(
     lines: list[Streamlines] = []
     for done, camera in enumerate(cameras):
         gb = isosurface(volume, iso, camera, **scene)
-        width, height = camera.size
-        mm = width_mm / width
+        mm = width_mm / camera.size[0]
         kept = [carried(layer, before, gb) for layer in lines] if before else []
         layers, lines = hatched(gb, hatching, mm, seed=seed, kept=kept)
         before = gb
-        yield Drawing(
-            (*layers, *line_layers(gb, hatching, mm)),
-            width_mm,
-            height * mm,
-            hatching.paper,
-            f"{volume.name}, iso {iso:g}, {done + 1}",
-        )
+        layers += line_layers(gb, hatching, mm, seed=seed)
+        yield on_paper(gb, hatching, layers, width_mm, f"{volume.name}, iso {iso:g}, {done + 1}")
         if progress:
             progress(done + 1, len(cameras))
 

@@ -11,6 +11,7 @@ from os import PathLike
 import numpy as np
 from numpy.typing import NDArray
 
+from intaglio.brush import PEN, brush_named
 from intaglio.errors import InputError
 
 Floats = NDArray[np.float32]
@@ -92,29 +93,40 @@ class Dots:
 
 @dataclass(frozen=True, eq=False)
 class Layer:
-    """What one pen draws: a tone, or a kind of line. Colour is "#rrggbb"."""
+    """What one pen draws: a tone, or a kind of line. Colour is "#rrggbb".
+
+    brush  what its strokes are drawn with in pictures: "pen", a name of `BRUSHES`, or an image file as the tip
+    """
 
     name: str
     strokes: Strokes = field(default_factory=Strokes.none)
     dots: Dots = field(default_factory=Dots.none)
     colour: str = "#000000"
+    brush: str = PEN
 
     def __post_init__(self) -> None:
         check_colour(self.colour)
+        brush_named(self.brush)
 
 
 @dataclass(frozen=True, eq=False)
 class Drawing:
-    """A plate: layers from the bottom up, on paper of a size in mm. Saves as SVG, PDF or PNG."""
+    """A plate: layers from the bottom up, on paper of a size in mm. Saves as SVG, PDF or PNG.
+
+    grain  roughness of the paper, 0..1, on which brushes catch in pictures
+    """
 
     layers: tuple[Layer, ...]
     width_mm: float
     height_mm: float
     paper: str = "#ffffff"
     title: str = ""
+    grain: float = 0.0
 
     def __post_init__(self) -> None:
         check_colour(self.paper)
+        if not 0 <= self.grain <= 1:
+            raise InputError(f"grain must be between 0 and 1, not {self.grain!r}")
         if not (0 < self.width_mm < 1e5 and 0 < self.height_mm < 1e5):
             raise InputError(f"paper must have a positive size in mm, not {self.width_mm!r} x {self.height_mm!r}")
 

@@ -81,8 +81,21 @@ def draw(
 ) -> Drawing:
     """Hatching, feature lines and contours of what is in a G-buffer, on paper `width_mm` wide."""
     mm = _pixel_on_paper(gb.camera, width_mm)
-    layers = hatching_layers(gb, hatching, mm, seed=seed, progress=progress) + line_layers(gb, hatching, mm)
-    return Drawing(tuple(layers), width_mm, gb.camera.size[1] * mm, hatching.paper, title)
+    layers = hatching_layers(gb, hatching, mm, seed=seed, progress=progress) + line_layers(gb, hatching, mm, seed=seed)
+    return on_paper(gb, hatching, layers, width_mm, title)
+
+
+def draw_lines(gb: GBuffer, hatching: Hatching, *, width_mm: float = 160.0, seed: int = 0, title: str = "") -> Drawing:
+    """Contours and feature lines alone of what is in a G-buffer, on paper `width_mm` wide."""
+    mm = _pixel_on_paper(gb.camera, width_mm)
+    return on_paper(gb, hatching, line_layers(gb, hatching, mm, seed=seed), width_mm, title)
+
+
+def on_paper(gb: GBuffer, hatching: Hatching, layers: Sequence[Layer], width_mm: float, title: str) -> Drawing:
+    """Layers in a style's brush on its paper."""
+    width, height = gb.camera.size
+    brushed = tuple(replace(layer, brush=hatching.brush) for layer in layers)
+    return Drawing(brushed, width_mm, height * width_mm / width, hatching.paper, title, hatching.grain)
 
 
 def _pixel_on_paper(camera: Camera, width_mm: float) -> float:
@@ -149,15 +162,18 @@ def illustrate(
     for i, (part, gb) in enumerate(zip(parts, surfaces, strict=True)):
         tone = [] if part.lines_only else hatching_layers(gb, part.hatching, mm, seed=seed, progress=progress)
         opaque = [front for j, front in enumerate(surfaces) if j != i and parts[j].opacity == 1]
-        drawn.append(tone + line_layers(unhidden(gb, opaque), part.hatching, mm))
+        drawn.append(tone + line_layers(unhidden(gb, opaque), part.hatching, mm, seed=seed))
     layers: list[Layer] = []
     for i, part in enumerate(parts):
         free = _seen(i, parts, surfaces, drawn, mm, halo)
         prefix = f"{part.title}: " if len(parts) > 1 else ""
         for layer in drawn[i]:
-            layers.append(replace(faded(visible(layer, free, mm), part.opacity), name=prefix + layer.name))
+            layers.append(
+                replace(faded(visible(layer, free, mm), part.opacity), name=prefix + layer.name, brush=part.hatching.brush)
+            )
     paper = paper or parts[0].hatching.paper
-    return Drawing(tuple(layers), width_mm, camera.size[1] * mm, paper, title or ", ".join(part.title for part in parts))
+    title, grain = title or ", ".join(part.title for part in parts), parts[0].hatching.grain
+    return Drawing(tuple(layers), width_mm, camera.size[1] * mm, paper, title, grain)
 
 
 def hatch(
@@ -202,3 +218,26 @@ def hatch(
         parts, camera=camera, seed=seed, width_mm=width_mm, halo=halo, lights=lights, material=material, title=title,
         progress=progress,
     )  # fmt: skip
+
+
+def contour(
+    volume: Volume,
+    *,
+    iso: float | None = None,
+    camera: Camera | None = None,
+    style: str | Hatching = "pen-and-ink",
+    seed: int = 0,
+    width_mm: float = 160.0,
+    islands: float = ISLANDS,
+    selections: Sequence[Selection] = (),
+    progress: Progress | None = None,
+    **parameters: Any,
+) -> Drawing:
+    """Draw the contours and feature lines of an isosurface, without hatching; arguments as for `hatch`.
+
+    Contours are exact, or drawn in overlapping strokes with `hand=Hand()`.
+    """
+    hatching = named_style(style, **parameters)
+    part = Part(volume=volume, iso=iso, style=hatching, islands=islands, selections=selections, lines_only=True)
+    title = f"{volume.name}, iso {part.body[1]:g}"
+    return illustrate([part], camera=camera, seed=seed, width_mm=width_mm, title=title, progress=progress)

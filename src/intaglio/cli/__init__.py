@@ -10,6 +10,7 @@ import typer
 
 import intaglio
 from intaglio.cli.console import out, say
+from intaglio.cli.contour import contour
 from intaglio.cli.demo import demo
 from intaglio.cli.hatch import hatch
 from intaglio.cli.info import info
@@ -29,9 +30,10 @@ app = typer.Typer(
     "`intaglio info SCAN` tells what is in a scan\n\n"
     "`intaglio render SCAN -o picture.png` shows what is inside\n\n"
     "`intaglio hatch SCAN -o plate.svg` draws it\n\n"
+    "`intaglio contour SCAN -o lines.svg` draws its contours alone\n\n"
     "`intaglio turntable SCAN -o spin.gif` turns it",
 )
-for command in (demo, info, hatch, turntable, render):
+for command in (demo, info, hatch, contour, turntable, render):
     app.command()(command)
 
 

@@ -10,45 +10,47 @@ from typer import BadParameter, Option
 from intaglio.cli.console import out, running, say
 from intaglio.cli.cuts import Cut, check_cuts, selections_of
 from intaglio.cli.options import (
-    CAMERA,
     Distance,
+    Dpi,
     Fill,
     Index,
+    Islands,
+    Iso,
     MainLight,
     Perspective,
+    Plate,
+    Plotter,
     Raw,
     Roll,
     Scan,
+    Seed,
     Series,
+    Size,
     Spacing,
     View,
+    Width,
     Zoom,
     lamps,
     lens,
-    number,
     read,
+    styled,
     with_options,
 )
 from intaglio.cli.surfaces import Function, Halo, LabelFile, Labels, Surfaces, function_of, label_of, present, surface_of
 from intaglio.errors import InputError
-from intaglio.ink.styles import STYLES, Hatching, style as named_style
+from intaglio.ink.hand import Hand
+from intaglio.ink.styles import STYLES, Hatching
 
-PAPER: Any = {"rich_help_panel": "Paper"}
-FINER = "more see finer detail and take longer, on paper of the same size"
-SMALL = "smaller than this part of the largest, such as dust and cables; 0 keeps all"
-RAYS = "6.4 a mm of paper"
 DEFAULT = Path("plate.svg")
 
 
-@with_options(Hatching)
+@with_options(Hatching, hand=Hand)
 def hatch(
     scan: Scan,
-    output: Annotated[
-        Path, Option("--output", "-o", metavar="FILE", help="Plate to write: .svg, .pdf or .png.", readable=False)
-    ] = DEFAULT,
+    output: Plate = DEFAULT,
     view: View = "anterior",
-    iso: Annotated[float | None, number("--iso", "Value where the surface is; without it, the body's surface")] = None,
-    islands: Annotated[float | None, number("--islands", f"Leave out pieces {SMALL}", 0, 1)] = None,
+    iso: Iso = None,
+    islands: Islands = None,
     style: Annotated[str, Option("--style", metavar="NAME", help=f"One of {', '.join(STYLES)}.")] = "pencil",
     surface: Surfaces = None,
     labels: LabelFile = None,
@@ -56,13 +58,11 @@ def hatch(
     tf: Function = None,
     halo: Halo = 0.5,
     cut: Cut = None,
-    seed: Annotated[int, number("--seed", "Of the hand's randomness: equal seed, equal plate", 0, kind=int)] = 0,
-    width: Annotated[float, number("--width", "Width of the paper: wider holds more strokes", 5, 5000, unit="MM", **PAPER)] = 160,
-    dpi: Annotated[float, number("--dpi", "Resolution of a PNG", 10, 2400, **PAPER)] = 300,
-    plotter: Annotated[bool, Option("--plotter", help="SVG of plain lines, for pen plotters.", **PAPER)] = False,
-    size: Annotated[
-        int | None, number("--size", f"Rays along the longer side: {FINER}", 1, 32768, kind=int, show_default=RAYS, **CAMERA)
-    ] = None,
+    seed: Seed = 0,
+    width: Width = 160,
+    dpi: Dpi = 300,
+    plotter: Plotter = False,
+    size: Size = None,
     light: MainLight = None,
     perspective: Perspective = None,
     distance: Distance = None,
@@ -93,8 +93,9 @@ def hatch(
 
     `intaglio info SCAN` tells which values surfaces can have. What is not 100% opaque, such as a contour, shows what is behind.
 
-    Styles: **pencil** is soft, layers of short strokes; **pen-and-ink** bold, one layer of lines that swell;
-    **engraving** fine and even, crossed in the dark.
+    Styles: **pencil** is soft, layers of short strokes; **graphite** finer and smoother, **charcoal** broad and rough;
+    **pen-and-ink** bold, one layer of lines that swell; **engraving** fine and even, crossed in the dark; **woodcut** few and
+    heavy; **chalk** bright strokes on dark paper. A PNG shows brush and paper, an SVG or PDF the strokes' outlines.
     """  # fmt: skip
     from intaglio.camera import view_direction
     from intaglio.io.plates import check_output
@@ -107,14 +108,13 @@ def hatch(
     check_output(output)
     if plotter and output.suffix.lower() != ".svg":
         raise InputError(f"--plotter needs an .svg output, not {output.name!r}")
-    given = {k: v for k, v in parameters.items() if v is not None}
 
-    def styled(name: str | None) -> Hatching:
-        return named_style(name or style, **given)
+    def of_style(name: str | None) -> Hatching:
+        return styled(name or style, parameters)
 
-    hatching = styled(None)
-    surfaces = [surface_of(text, styled) for text in surface or ()]
-    bodies = [label_of(text, styled) for text in label or ()]
+    hatching = of_style(None)
+    surfaces = [surface_of(text, of_style) for text in surface or ()]
+    bodies = [label_of(text, of_style) for text in label or ()]
     if (labels is None) != (not bodies):
         raise BadParameter("needs --labels FILE" if bodies else "needs --label NUMBERS", param_hint="'--label'")
     function = function_of(tf)

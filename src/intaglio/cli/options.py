@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import inspect
 import math
-from collections.abc import Callable
-from dataclasses import MISSING, fields
+from collections.abc import Callable, Container
+from dataclasses import MISSING, fields, replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -13,6 +13,8 @@ from typer import Argument, BadParameter, Option
 
 from intaglio.cli.console import Steps, say
 from intaglio.errors import InputError
+from intaglio.ink.hand import Hand
+from intaglio.ink.styles import Hatching, style
 
 
 def number(
@@ -83,6 +85,23 @@ Zoom = Annotated[float, number("--zoom", "Enlarge the middle of the picture", 0.
 Roll = Annotated[float, number("--roll", "Turn the picture clockwise", unit="DEGREES", **CAMERA)]
 
 
+PAPER: Any = {"rich_help_panel": "Paper"}
+FINER = "more see finer detail and take longer, on paper of the same size"
+SMALL = "smaller than this part of the largest, such as dust and cables; 0 keeps all"
+RAYS = "6.4 a mm of paper"
+
+Plate = Annotated[Path, Option("--output", "-o", metavar="FILE", help="Plate to write: .svg, .pdf or .png.", readable=False)]
+Iso = Annotated[float | None, number("--iso", "Value where the surface is; without it, the body's surface")]
+Islands = Annotated[float | None, number("--islands", f"Leave out pieces {SMALL}", 0, 1)]
+Seed = Annotated[int, number("--seed", "Of the hand's randomness: equal seed, equal plate", 0, kind=int)]
+Width = Annotated[float, number("--width", "Width of the paper: wider holds more strokes", 5, 5000, unit="MM", **PAPER)]
+Dpi = Annotated[float, number("--dpi", "Resolution of a PNG", 10, 2400, **PAPER)]
+Plotter = Annotated[bool, Option("--plotter", help="SVG of plain lines, for pen plotters.", **PAPER)]
+Size = Annotated[
+    int | None, number("--size", f"Rays along the longer side: {FINER}", 1, 32768, kind=int, show_default=RAYS, **CAMERA)
+]
+
+
 def lamps(light: str | None) -> Any:
     """A plate's lights, with the main one where --light puts it."""
     from intaglio.lighting import Light
@@ -141,35 +160,58 @@ def read(
     return volume
 
 
-def _options_of(parameters: type) -> list[inspect.Parameter]:
+def _options_of(parameters: type, prefix: str = "", panel: str = "Style, parameter by parameter") -> list[inspect.Parameter]:
     """One command-line option for each field of a parameter dataclass; None means the style's own value."""
     out = []
     for item in fields(parameters):
         assert item.default is not MISSING
-        name, kind = f"--{item.name.replace('_', '-')}", type(item.default)
+        name, kind = f"--{prefix}{item.name}".replace("_", "-"), type(item.default)
         low, high, text = item.metadata["low"], item.metadata["high"], item.metadata["help"]
         text = text[0].upper() + text[1:]
-        look: Any = {"rich_help_panel": "Style, parameter by parameter"}
-        option = (
-            Option(name, metavar="TEXT", help=f"{text}.", **look)
-            if low is None
-            else number(name, text, low, high, kind=kind, **look)
-        )
-        out.append(
-            inspect.Parameter(item.name, inspect.Parameter.KEYWORD_ONLY, default=None, annotation=Annotated[kind | None, option])
-        )
+        look: Any = {"rich_help_panel": panel}
+        if item.default is None:
+            kind, option = bool, Option(f"{name}/--no-{name[2:]}", help=f"{text}.", show_default=False, **look)
+        elif low is None:
+            option = Option(name, metavar="TEXT", help=f"{text}.", **look)
+        else:
+            option = number(name, text, low, high, kind=kind, **look)
+        annotation: Any = Annotated[kind | None, option]
+        out.append(inspect.Parameter(prefix + item.name, inspect.Parameter.KEYWORD_ONLY, default=None, annotation=annotation))
     return out
 
 
-def with_options(parameters: type) -> Callable[[Callable[..., None]], Callable[..., None]]:
-    """Replace a command's **parameters by the options of a dataclass, so that each is declared once."""
+def with_options(parameters: type, *, only: Container[str] | None = None, **parts: type) -> Callable[..., Callable[..., None]]:
+    """Replace a command's **parameters by the options of a dataclass, so that each is declared once.
+
+    only   names of the fields that matter to the command
+    parts  dataclasses that fields hold; their options are --FIELD-NAME
+    """
 
     def decorate(command: Callable[..., None]) -> Callable[..., None]:
         signature = inspect.signature(command, eval_str=True)
         own = [p for p in signature.parameters.values() if p.kind is not inspect.Parameter.VAR_KEYWORD]
-        keyword = [p.replace(kind=inspect.Parameter.KEYWORD_ONLY) for p in own] + _options_of(parameters)
+        derived = [p for p in _options_of(parameters) if only is None or p.name in only]
+        helps = {item.name: item.metadata["help"] for item in fields(parameters)}
+        for name, part in parts.items():
+            derived += _options_of(part, f"{name}_", helps[name].capitalize())
+        keyword = [p.replace(kind=inspect.Parameter.KEYWORD_ONLY) for p in own] + derived
         command.__signature__ = signature.replace(parameters=keyword)  # type: ignore[attr-defined]
         command.__annotations__ = {p.name: p.annotation for p in keyword} | {"return": None}
         return command
 
     return decorate
+
+
+def styled(name: str, parameters: dict[str, Any]) -> Hatching:
+    """A style with what was given on the command line; any option of a hand's asks for contours by hand."""
+    changes = {key: value for key, value in parameters.items() if value is not None}
+    moves = {key: changes.pop(key) for key in list(changes) if key.startswith("hand_")}
+    by_hand = changes.pop("hand", None)
+    if by_hand is False and moves:
+        option = next(iter(moves)).replace("_", "-")
+        raise BadParameter("cannot be given together with --no-hand", param_hint=f"'--{option}'")
+    own = style(name).hand
+    if by_hand is not None or moves:
+        hand = replace(own or Hand(), **{key.removeprefix("hand_"): value for key, value in moves.items()})
+        changes["hand"] = None if by_hand is False else hand
+    return style(name, **changes)

@@ -62,7 +62,7 @@ def darkness(gb: GBuffer, hatching: Hatching, mm_per_pixel: float) -> Floats:
     """(h, w) requested tone: the share of the paper to be covered, 0 .. what all layers together can print.
 
     From the light, averaged a little on each surface so that noise does not break strokes, less the light that hollows
-    of a radius up to a few mm on paper do not get.
+    of a radius up to a few mm on paper do not get. On paper darker than the ink, strokes are where it is bright.
     """
     light = gb.brightness
     if hatching.hollows > 0:
@@ -70,6 +70,8 @@ def darkness(gb: GBuffer, hatching: Hatching, mm_per_pixel: float) -> Floats:
         light = (light - hatching.hollows * np.clip(-gb.curvature[..., 1] * radius, 0.0, 1.0)).astype(np.float32)
     light = blurred(gb, light, hatching.blur / mm_per_pixel)
     d = np.clip((hatching.white - light) / (hatching.white - hatching.black), 0.0, 1.0)
+    if hatching.bright:
+        d = 1.0 - d
     return np.where(gb.mask, tones(hatching)[-1].end * d**hatching.contrast, 0.0).astype(np.float32)
 
 

@@ -10,12 +10,13 @@ from intaglio.drawing import Layer, Strokes
 from intaglio.gbuffer import GBuffer
 from intaglio.ink.contours import occluding_contours
 from intaglio.ink.features import feature_lines
-from intaglio.ink.strokes import arc_length, pack, runs, smoothed, taper
+from intaglio.ink.hand import hand_strokes
+from intaglio.ink.strokes import arc_length, pack, runs, smoothed, taper, weight_by_light
 from intaglio.ink.styles import Hatching
 from intaglio.ink.suggestive import suggestive_contours
 
 
-def line_layers(gb: GBuffer, hatching: Hatching, mm_per_pixel: float) -> list[Layer]:
+def line_layers(gb: GBuffer, hatching: Hatching, mm_per_pixel: float, *, seed: int = 0) -> list[Layer]:
     """Ridges, valleys, suggestive and occluding contours, as a style asks for them; 0 means no such layer."""
     thin = 0.8 * (hatching.contour or hatching.thickest)
     layers = []
@@ -27,15 +28,34 @@ def line_layers(gb: GBuffer, hatching: Hatching, mm_per_pixel: float) -> list[La
         radius = hatching.suggestive
         layers.append(feature_layer(gb, mm_per_pixel, "suggestive", radius=radius, width=thin, shortest=4.0, colour=hatching.ink))
     if hatching.contour > 0:
-        width, shortest = hatching.contour, hatching.contour_shortest
-        layers.append(contour_layer(gb, mm_per_pixel, width=width, shortest=shortest, colour=hatching.ink))
+        width, opacity = hatching.contour, hatching.contour_opacity
+        if hatching.hand:
+            drawn = hand_strokes(gb, hatching.hand, mm_per_pixel, width=width, opacity=opacity, bright=hatching.bright, seed=seed)
+            layers.append(Layer("contour", drawn, colour=hatching.ink))
+        else:
+            shortest = hatching.contour_shortest
+            layers.append(
+                contour_layer(
+                    gb, mm_per_pixel, width=width, shortest=shortest, colour=hatching.ink, opacity=opacity, bright=hatching.bright
+                )
+            )
     return layers
 
 
 def contour_layer(
-    gb: GBuffer, mm_per_pixel: float, *, width: float = 0.42, shortest: float = 1.2, colour: str = "#000000", opacity: float = 1.0
+    gb: GBuffer,
+    mm_per_pixel: float,
+    *,
+    width: float = 0.42,
+    shortest: float = 1.2,
+    colour: str = "#000000",
+    opacity: float = 1.0,
+    bright: bool = False,
 ) -> Layer:
-    """The occluding contours: heavier where more lies behind them, and away from the light; lengths in mm on paper."""
+    """The occluding contours: heavier where more lies behind them, and away from the light; lengths in mm on paper.
+
+    bright  heavier towards the light instead
+    """
     contours = occluding_contours(gb)
     points, offsets = contours.points, contours.offsets
     if len(points) == 0:
@@ -52,7 +72,7 @@ def contour_layer(
     if len(index) == 0:
         return Layer("contour", Strokes.none(), colour=colour)
     points, strength, light = points[index], strength[index], contours.light[index]
-    weight = smoothed((0.5 + 0.5 * strength) * (1.15 - 0.45 * light), offsets, 12)
+    weight = smoothed((0.5 + 0.5 * strength) * weight_by_light(light, bright), offsets, 12)
     points = smoothed(points, offsets, 2) * np.float32(mm_per_pixel)
 
     # An end that fades into the surface is drawn out; one that meets another contour is not.

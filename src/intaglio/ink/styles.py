@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
+from intaglio.brush import BRUSHES, PEN, brush_named
 from intaglio.drawing import check_colour
 from intaglio.errors import InputError
+from intaglio.ink.hand import Hand
+from intaglio.ink.options import check_bounds, option as _option
 
-
-def _option(default: object, help: str, low: float | None = None, high: float | None = None) -> object:
-    return field(default=default, metadata={"help": help, "low": low, "high": high})
+HAND = "contours drawn by hand in overlapping strokes, not exactly"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,22 +43,40 @@ class Hatching:
     ridge: float = _option(0.9, "edges bent tighter than this radius get a line, mm; 0 for none", 0, 100)  # type: ignore[assignment]
     suggestive: float = _option(0.0, "lines where slopes nearly turn away; more from 3 to 8 mm, 0 for none", 0, 100)  # type: ignore[assignment]
     hollows: float = _option(0.3, "darkness added in hollows", 0, 1)  # type: ignore[assignment]
+    contour_opacity: float = _option(1.0, "opacity of contours", 0.02, 1)  # type: ignore[assignment]
     contour_shortest: float = _option(2.5, "contours shorter than this are left out, mm", 0, 100)  # type: ignore[assignment]
     ink: str = _option("#000000", "colour of strokes, #rrggbb")  # type: ignore[assignment]
     paper: str = _option("#ffffff", "colour of paper, #rrggbb")  # type: ignore[assignment]
+    brush: str = _option(PEN, f"what strokes are drawn with in a PNG: {PEN}, {', '.join(BRUSHES)}, or an image of a tip")  # type: ignore[assignment]
+    grain: float = _option(0.0, "roughness of the paper, on which brushes catch in a PNG", 0, 1)  # type: ignore[assignment]
+    hand: Hand | None = field(default=None, metadata={"help": HAND, "low": None, "high": None})
 
     def __post_init__(self) -> None:
-        for item in fields(self):
-            value, low, high = getattr(self, item.name), item.metadata["low"], item.metadata["high"]
-            if low is not None and not low <= value <= high:
-                raise InputError(f"{item.name} must be between {low:g} and {high:g}, not {value!r}")
+        check_bounds(self)
         if self.thinnest > self.thickest:
             raise InputError(f"thinnest must not be above thickest ({self.thickest:g} mm), not {self.thinnest!r}")
         if self.black >= self.white:
             raise InputError(f"black must be below white ({self.white:g}), not {self.black!r}")
         check_colour(self.ink)
         check_colour(self.paper)
+        brush_named(self.brush)
 
+    @property
+    def bright(self) -> bool:
+        """Whether strokes are light on dark paper: they then lie where it is bright, from `black` up to `white`."""
+        return _luminance(self.ink) > _luminance(self.paper)
+
+
+def _luminance(colour: str) -> float:
+    """Display brightness of "#rrggbb", 0..1 (Rec. 709)."""
+    r, g, b = (int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5))
+    return 0.2126 * r + 0.7152 * g + 0.0722 * b
+
+
+# Those that matter where there is no tone.
+LINE_PARAMETERS = (
+    "contour", "contour_opacity", "contour_shortest", "valley", "ridge", "suggestive", "ink", "paper", "brush", "grain", "hand",
+)  # fmt: skip
 
 STYLES: dict[str, Hatching] = {
     # One layer whose lines swell with darkness, as in textbooks.
@@ -71,8 +90,35 @@ STYLES: dict[str, Hatching] = {
     # Grey strokes of a hand's length that overlap, press harder in the dark and do not run quite straight.
     "pencil": Hatching(
         layers=2, crosshatch=1, separation=0.75, thinnest=0.1, thickest=0.27, opacity=0.62, pressure=0.6, white=0.75,
-        black=0.08, contrast=1.4, longest=16.0, wobble=0.07, ragged=0.06, taper=3.0, contour=0.34, angle=40.0,
-        ink="#2b2b2e", paper="#fbfaf6",
+        black=0.08, contrast=1.4, longest=16.0, wobble=0.07, ragged=0.06, taper=3.0, contour=0.32, contour_opacity=0.75,
+        angle=40.0,
+        ink="#2b2b2e", paper="#fbfaf6", brush="pencil", grain=0.55, hand=Hand(),
+    ),
+    # Soft lead laid flat and close, almost without lines in the light; hardly any grain.
+    "graphite": Hatching(
+        layers=1, crosshatch=1, separation=0.5, thinnest=0.2, thickest=0.5, opacity=0.6, pressure=0.85, white=0.82,
+        black=0.06, contrast=1.3, longest=13.0, wobble=0.1, ragged=0.05, taper=4.0, contour=0.4, contour_opacity=0.8,
+        angle=30.0, valley=1.5, ink="#26272b", paper="#fdfdfb", brush="graphite", grain=0.6, hand=Hand(increment=5, taper=5.0),
+    ),
+    # Broad, crumbling strokes that sit on the tops of rough paper.
+    "charcoal": Hatching(
+        layers=1, crosshatch=1, separation=1.3, thinnest=0.5, thickest=1.2, opacity=0.75, pressure=0.8, white=0.8,
+        black=0.1, contrast=1.5, longest=24.0, wobble=0.25, ragged=0.03, taper=5.0, contour=0.75, contour_opacity=0.85,
+        angle=55.0, valley=1.5, ridge=0.0, shortest=2.5, ink="#1c1a19", paper="#f4efe4", brush="charcoal", grain=0.75,
+        hand=Hand(interval=1.0, increment=5, deviation=0.6, perturbation=0.3, translation=0.15, thickness=0.7, shortest=5.0),
+    ),
+    # What the knife leaves standing: few lines, wedges that close up to black.
+    "woodcut": Hatching(
+        layers=1, separation=1.9, thinnest=0.12, thickest=1.8, white=0.72, black=0.16, contrast=1.2, smoothing=12.0,
+        blur=1.4, taper=3.0, shortest=4.0, ragged=0.01, hollows=0.4, contour=1.1, contour_shortest=5.0, valley=2.0,
+        ink="#17120e", paper="#f6eedd", brush="ink", grain=0.5,
+    ),
+    # Light strokes on dark paper, where it is bright.
+    "chalk": Hatching(
+        layers=1, crosshatch=1, separation=1.2, thinnest=0.4, thickest=1.1, opacity=0.8, pressure=0.7, white=0.86,
+        black=0.16, contrast=1.9, longest=20.0, wobble=0.2, ragged=0.03, taper=3.0, contour=0.55, contour_opacity=0.8,
+        angle=60.0, valley=0.0, ridge=0.0, shortest=2.0, ink="#f3efe2", paper="#2a3330", brush="chalk", grain=0.65,
+        hand=Hand(interval=0.8, increment=5, deviation=0.4, thickness=0.6, shortest=4.0),
     ),
 }  # fmt: skip
 

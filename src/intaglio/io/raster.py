@@ -1,4 +1,4 @@
-"""A drawing as pixels: antialiased strokes of varying width and opacity.
+"""A drawing as pixels: antialiased strokes of varying width and opacity, and brushed ones.
 
 Coverage is blended in display values (sRGB as it is), as SVG and PDF viewers do, so that the three outputs agree:
 black ink over 30 % of an area darkens its mean display value by 30 %.
@@ -7,15 +7,21 @@ black ink over 30 % of an area darkens its mean display value by 30 %.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from intaglio.brush import Brush, brush_named
 from intaglio.compute import helper, kernel, tiles
-from intaglio.drawing import Drawing, Image
+from intaglio.drawing import Dots, Drawing, Image, Layer, Strokes
 from intaglio.errors import InputError
 from intaglio.io.simplify import dot_nodes, simplified, stroke_nodes
+from intaglio.io.stamping import catch, stamp, stamps
+from intaglio.io.tips import PAPER_TEXEL, paper_heights, tips
 
 if TYPE_CHECKING:
     from intaglio.compute import Progress
@@ -23,6 +29,8 @@ if TYPE_CHECKING:
 TILE = 64
 LARGEST = 400_000_000  # pixels
 TOLERANCE = 0.04  # pixels
+
+Coat = Callable[[int, int, NDArray[np.float32]], None]  # paints a tile whose upper left corner is (x0, y0)
 
 
 def rasterize_drawing(drawing: Drawing, dpi: float, *, progress: Progress | None = None) -> Image:
@@ -57,34 +65,109 @@ def pixel_size(drawing: Drawing, dpi: float) -> tuple[int, int]:
 
 
 def _paint_all(drawing: Drawing, dpi: float, canvas: NDArray[Any], progress: Progress | None) -> None:
-    height, width = canvas.shape[:2]
-    nodes, ends, colours, first = _packed(drawing, dpi / 25.4)
-    starts, entries = _bins(nodes, ends, width, height, TILE)
-    across = -(-width // TILE)
+    size, scale = canvas.shape[:2], dpi / 25.4
+    coats = [
+        _pen(layers, scale, size) if brush is None else _brushed(layers, brush, drawing.grain, scale, size)
+        for brush, layers in _runs(drawing.layers)
+    ]
+    paper = _rgb(drawing.paper)
 
     def paint(y0: int, y1: int, x0: int, x1: int) -> None:
-        t = y0 // TILE * across + x0 // TILE
         tile = np.empty((y1 - y0, x1 - x0, 3), dtype=np.float32)
-        tile[:] = colours[-1]
-        if starts[t + 1] > starts[t]:
-            _paint(nodes, ends, first, colours, entries[starts[t] : starts[t + 1]], x0, y0, tile)
+        tile[:] = paper
+        for coat in coats:
+            coat(x0, y0, tile)
         canvas[y0:y1, x0:x1] = tile if canvas.dtype == np.float32 else tile * 255 + 0.5
 
-    tiles(paint, (height, width), tile=TILE, progress=progress)
+    tiles(paint, size, tile=TILE, progress=progress)
+
+
+def _runs(layers: Sequence[Layer]) -> list[tuple[Brush | None, list[Layer]]]:
+    """Neighbouring layers that are painted at once: by the pen, or by one brush in one colour. Dots are the pen's."""
+    parts: list[tuple[Brush | None, Layer]] = []
+    for layer in layers:
+        brush = brush_named(layer.brush)
+        if brush is None:
+            parts.append((None, layer))
+            continue
+        parts.append((brush, replace(layer, dots=Dots.none())))
+        if len(layer.dots):
+            parts.append((None, replace(layer, strokes=Strokes.none())))
+    groups = groupby(parts, key=lambda part: (part[0], part[1].colour if part[0] else ""))
+    return [(brush, [layer for _, layer in group]) for (brush, _), group in groups]
+
+
+def _pen(layers: list[Layer], scale: float, size: tuple[int, int]) -> Coat:
+    nodes, ends, colours, first = _packed(layers, scale)
+    entries_of = _bins_of(nodes, ends, size)
+
+    def coat(x0: int, y0: int, tile: NDArray[np.float32]) -> None:
+        entries = entries_of(x0, y0)
+        if len(entries):
+            _paint(nodes, ends, first, colours, entries, x0, y0, tile)
+
+    return coat
+
+
+def _brushed(layers: list[Layer], brush: Brush, grain: float, scale: float, size: tuple[int, int]) -> Coat:
+    """Strokes of one brush and colour. Their pigment is summed before it catches on paper, so order does not matter."""
+    strokes = [simplified(stroke_nodes(layer), layer.strokes.offsets, TOLERANCE / scale) for layer in layers]
+    nodes = np.concatenate([n for n, _ in strokes])
+    nodes[:, :3] *= scale
+    begin = np.cumsum([0] + [len(n) for n, _ in strokes])
+    offsets = np.concatenate([[0]] + [o[1:] + b for (_, o), b in zip(strokes, begin, strict=False)]).astype(np.int64)
+    stamped, count = stamps(nodes, offsets, brush)
+    ends = np.zeros(len(nodes), dtype=np.bool_)
+    ends[offsets[1:] - 1] = True
+    number = np.repeat(np.arange(len(offsets) - 1, dtype=np.int32), np.diff(offsets))
+    entries_of = _bins_of(stamped, ends, size)
+    texture, heights, colour = tips(brush).texture, paper_heights(), _rgb(layers[0].colour)
+    # Bumps are never finer than pixels.
+    texel = min(1.0 / (scale * PAPER_TEXEL), 2.6)
+
+    def coat(x0: int, y0: int, tile: NDArray[np.float32]) -> None:
+        entries = entries_of(x0, y0)
+        if len(entries):
+            load = np.zeros(tile.shape[:2], dtype=np.float32)
+            stamp(
+                stamped, count, number, entries, texture, not brush.image, np.float32(brush.jitter), brush.turning, x0, y0, load
+            )
+            catch(load, heights, texel, np.float32(grain * brush.grain), x0, y0, colour, tile)
+
+    return coat
+
+
+def _bins_of(
+    nodes: NDArray[np.float32], ends: NDArray[np.bool_], size: tuple[int, int]
+) -> Callable[[int, int], NDArray[np.int32]]:
+    """What begins at nodes x, y, reach, ... and reaches a tile, by the tile's upper left corner."""
+    tile = TILE
+    starts, entries = _bins(np.ascontiguousarray(nodes[:, :4]), ends, size[1], size[0], tile)
+    across = -(-size[1] // tile)
+
+    def entries_of(x0: int, y0: int) -> NDArray[np.int32]:
+        t = y0 // tile * across + x0 // tile
+        return entries[starts[t] : starts[t + 1]]
+
+    return entries_of
+
+
+def _rgb(colour: str) -> NDArray[np.float32]:
+    return np.array([int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)], dtype=np.float32)
 
 
 def _packed(
-    drawing: Drawing, scale: float
+    layers: list[Layer], scale: float
 ) -> tuple[NDArray[np.float32], NDArray[np.bool_], NDArray[np.float32], NDArray[np.int64]]:
     """All that is drawn, in order, as chains of discs; a dot is a chain of one.
 
     nodes (n, 4)   x, y, radius in pixels, opacity
     ends (n,)      whether a chain ends here
-    colours (l + 1, 3)  of the layers and the paper;  first (l,) node of each layer
+    colours (l, 3)  of the layers;  first (l,) node of each layer
     """
     parts, ends, first = [np.zeros((0, 4))], [np.zeros(0, dtype=np.bool_)], []
     total = 0
-    for layer in drawing.layers:
+    for layer in layers:
         strokes, offsets = simplified(stroke_nodes(layer), layer.strokes.offsets, TOLERANCE / scale)
         dots = dot_nodes(layer)
         strokes[:, :3] *= scale
@@ -99,8 +182,7 @@ def _packed(
         last[offsets[1:] - 1] = True
         ends += [last, np.ones(len(dots), dtype=np.bool_)]
         total += len(strokes) + len(dots)
-    hexes = [layer.colour for layer in drawing.layers] + [drawing.paper]
-    colours = np.array([[int(c[i : i + 2], 16) / 255 for i in (1, 3, 5)] for c in hexes], dtype=np.float32)
+    colours = np.stack([_rgb(layer.colour) for layer in layers])
     nodes = np.concatenate(parts).astype(np.float32)
     return nodes, np.concatenate(ends), colours, np.array(first, dtype=np.int64)
 

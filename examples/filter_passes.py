@@ -1,0 +1,18 @@
+"""Stroke directions averaged over 0, 1.5, 6 and 20 mm: from noise to lost form."""
+
+from pathlib import Path
+
+from _scans import scan
+from _sheets import sheet
+
+import intaglio as ig
+from intaglio.plate import PLATE_LIGHTS, PLATE_MATERIAL
+
+
+def make(data: Path | None, size: int) -> ig.Drawing:
+    volume, real = scan(data, "ct_head.nii.gz")
+    iso = 0.2 if real else ig.body_surface(volume)[0]
+    camera = ig.surface_camera(volume, iso, "anterior-left", size // 2)
+    gb = ig.isosurface(volume, iso, camera, lights=PLATE_LIGHTS, material=PLATE_MATERIAL, islands=0.01)
+    styles = [ig.style("engraving", smoothing=value) for value in (0, 1.5, 6, 20)]
+    return sheet([ig.draw(gb, style, width_mm=100) for style in styles])

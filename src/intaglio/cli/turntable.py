@@ -9,17 +9,20 @@ from typer import Option
 
 from intaglio.cli.console import out, running, say
 from intaglio.cli.cuts import Cut, check_cuts, selections_of
-from intaglio.cli.hatch import PAPER, SMALL
 from intaglio.cli.options import (
     CAMERA,
+    PAPER,
     Distance,
     Fill,
     Index,
+    Islands,
+    Iso,
     MainLight,
     Perspective,
     Raw,
     Roll,
     Scan,
+    Seed,
     Series,
     Spacing,
     View,
@@ -28,15 +31,17 @@ from intaglio.cli.options import (
     lens,
     number,
     read,
+    styled,
     with_options,
 )
-from intaglio.ink.styles import STYLES, Hatching, style as named_style
+from intaglio.ink.hand import Hand
+from intaglio.ink.styles import STYLES, Hatching
 
 DEFAULT = Path("spin.gif")
 TURN: Any = {"rich_help_panel": "Turning"}
 
 
-@with_options(Hatching)
+@with_options(Hatching, hand=Hand)
 def turntable(
     scan: Scan,
     output: Annotated[
@@ -44,11 +49,11 @@ def turntable(
         Option("--output", "-o", metavar="FILE", help="To write: .gif, animated .png, or a folder of PNG.", readable=False),
     ] = DEFAULT,
     view: View = "anterior",
-    iso: Annotated[float | None, number("--iso", "Value where the surface is; without it, the body's surface")] = None,
-    islands: Annotated[float | None, number("--islands", f"Leave out pieces {SMALL}", 0, 1)] = None,
+    iso: Iso = None,
+    islands: Islands = None,
     style: Annotated[str, Option("--style", metavar="NAME", help=f"One of {', '.join(STYLES)}.")] = "pen-and-ink",
     cut: Cut = None,
-    seed: Annotated[int, number("--seed", "Of the hand's randomness: equal seed, equal plates", 0, kind=int)] = 0,
+    seed: Seed = 0,
     frames: Annotated[int, number("--frames", "How many pictures share the turn", 1, 3600, kind=int, **TURN)] = 36,
     degrees: Annotated[float, number("--degrees", "How far it turns", -36000, 36000, unit="DEGREES", **TURN)] = 360,
     rate: Annotated[float, number("--rate", "Pictures a second", 1, 50, **TURN)] = 12,
@@ -80,7 +85,7 @@ def turntable(
     from intaglio.rendering.isovalue import body_surface
 
     check_moving(output)
-    hatching = named_style(style, **{k: v for k, v in parameters.items() if v is not None})
+    hatching = styled(style, parameters)
     view_direction(view)
     lights = lamps(light)
     check_cuts(cut)

@@ -40,6 +40,7 @@ LAYER = {
     "errors": 0,
     **dict.fromkeys(NOUNS, 1),
     "compute": 2,
+    "sampling": 2,
     **dict.fromkeys(SIBLINGS, 3),
     "datasets": 5,
     "cli": 6,

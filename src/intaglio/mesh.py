@@ -43,12 +43,14 @@ class TriangleMesh:
 
     vertices   (n, 3) float64
     triangles  (m, 3) int32 indices into vertices, counter-clockwise seen from outside
+    normals    (n, 3) float32, unit and outwards, of the surface that the mesh stands for; or None
     """
 
     vertices: NDArray[np.float64]
     triangles: NDArray[np.int32]
     name: str = "mesh"
     notes: tuple[str, ...] = field(default=())
+    normals: NDArray[np.float32] | None = None
 
     def __post_init__(self) -> None:
         vertices = np.ascontiguousarray(self.vertices, dtype=np.float64)
@@ -61,6 +63,8 @@ class TriangleMesh:
             raise InputError(f"{self.name}: triangles must be integers, not {triangles.dtype}")
         if triangles.min() < 0 or triangles.max() >= len(vertices):
             raise InputError(f"{self.name}: triangles name vertices outside 0..{len(vertices) - 1}")
+        if self.normals is not None and self.normals.shape != vertices.shape:
+            raise InputError(f"{self.name}: normals must be one for each vertex, {vertices.shape}, not {self.normals.shape}")
         object.__setattr__(self, "vertices", vertices)
         object.__setattr__(self, "triangles", np.ascontiguousarray(triangles, dtype=np.int32))
 

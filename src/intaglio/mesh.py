@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from os import PathLike
 
 import numpy as np
 from numpy.typing import NDArray
@@ -95,6 +96,12 @@ class TriangleMesh:
             nonmanifold_edges=int((uses > 2).sum()),
             degenerate_triangles=flat,
         )
+
+    def save(self, path: str | PathLike[str]) -> None:
+        """Write .stl, .ply, .obj or .glb, chosen by the extension, in RAS+ mm; the file appears only when it is complete."""
+        from intaglio.io.mesh_files import save_mesh
+
+        save_mesh(self, path)
 
     def _components(self, edges: NDArray[np.int32]) -> int:
         from scipy.sparse import coo_array

@@ -18,9 +18,7 @@ _PLACE = {c: (c >> 2 & 1, c & 1, c >> 1 & 1) for c in range(8)}
 _CORNER = {place: c for c, place in _PLACE.items()}
 # Edge 4 a + i runs along axis a (x, y, z); i counts the other two coordinates, the first of them fastest.
 EDGES = [
-    (_CORNER[p[:a] + (0,) + p[a:]], _CORNER[p[:a] + (1,) + p[a:]])
-    for a in range(3)
-    for p in ((i, j) for j in (0, 1) for i in (0, 1))
+    (low, low | bit) for bit in (4, 1, 2) for low in sorted((c for c in range(8) if not c & bit), key=lambda c: _PLACE[c][::-1])
 ]
 _EDGE = {frozenset(edge): e for e, edge in enumerate(EDGES)}
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +24,27 @@ def check_field(field: Volume, what: str = "a field") -> Volume:
     if not (math.isfinite(low) and math.isfinite(high)):
         raise InputError(f"{field.name}: {what} must be finite, not {low:g} to {high:g}")
     return field
+
+
+Side = Literal["above", "below"]
+
+
+def check_level(volume: Volume, iso: float | None, inside: Side | None) -> tuple[float, float]:
+    """The isovalue, and 1 where the body is above it, -1 where it is below.
+
+    Without an isovalue it is the zero level of a distance field, or the border of a mask; with one, the body is the brighter side.
+    """
+    if inside not in (None, "above", "below"):
+        raise InputError(f"inside must be above or below, not {inside!r}")
+    mask = volume.array.dtype.kind == "b"
+    low, high = volume.range
+    if not (math.isfinite(low) and math.isfinite(high)):
+        raise InputError(f"{volume.name}: voxels are NaN or infinite; replace them with fill=VALUE when reading")
+    level = iso if iso is not None else 0.5 if mask else 0.0
+    if not low <= level <= high or low == high:
+        raise InputError(f"{volume.name}: iso must be within the volume's values, {low:g} to {high:g}, not {level:g}")
+    side = inside or ("above" if mask or iso is not None else "below")
+    return level, 1.0 if side == "above" else -1.0
 
 
 def grid_spacing(volume: Volume) -> NDArray[np.float32]:

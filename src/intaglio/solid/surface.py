@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 import math
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +15,7 @@ from intaglio.errors import InputError
 from intaglio.mesh import TriangleMesh
 from intaglio.sampling import trilinear
 from intaglio.solid.cubes import cube_triangles
-from intaglio.solid.field import stages
+from intaglio.solid.field import Side, check_level, stages
 from intaglio.volume import Volume
 
 # A vertex stays this part of a voxel's distance away from the voxels at its edge's ends, so that no triangle is without area.
@@ -221,30 +220,21 @@ def surface(
     volume: Volume,
     iso: float | None = None,
     *,
-    inside: Literal["above", "below"] | None = None,
+    inside: Side | None = None,
     cap: bool = True,
     progress: Progress | None = None,
 ) -> TriangleMesh:
     """The isosurface of a volume as triangles, counter-clockwise seen from outside, in RAS+ mm, with normals of the field.
 
-    iso     None for the body of a distance field (below 0) or of a mask (set voxels); a value for that of a scan (from it upwards)
+    iso     None for the body of a distance field (below 0) or a mask (set voxels); a value for that of a scan (from it up)
     inside  on which side of the isovalue the body is, where that guess is wrong
     cap     close the mesh where the body leaves the grid, at the outermost voxels; open there otherwise
     Every edge has two triangles (one, where the mesh is open), every vertex one fan of them: a manifold. Vertices lie where
     the field, linear along the edges of the grid, takes the value, at least a thousandth of a voxel away from its voxels.
     Marching cubes; where a face is ambiguous, the body is parted. InputError if iso is outside the volume's values.
     """
-    mask = volume.array.dtype.kind == "b"
-    if inside not in (None, "above", "below"):
-        raise InputError(f"inside must be above or below, not {inside!r}")
-    side = inside or ("above" if mask or iso is not None else "below")
-    level = iso if iso is not None else 0.5 if mask else 0.0
-    low, high = volume.range
-    if not (math.isfinite(low) and math.isfinite(high)):
-        raise InputError(f"{volume.name}: voxels are NaN or infinite; replace them with fill=VALUE when reading")
-    if not low <= level <= high or low == high:
-        raise InputError(f"{volume.name}: iso must be within the volume's values, {low:g} to {high:g}, not {level:g}")
-    sign, pad = np.float32(1.0 if side == "above" else -1.0), int(cap)
+    level, side = check_level(volume, iso, inside)
+    sign, pad = np.float32(side), int(cap)
     voxels = frozen(volume.samples.astype(np.float32, copy=False))
     number, corners = cube_triangles()
     counting, building, placing = stages(progress, 3)

@@ -23,8 +23,8 @@ NEVER = np.float32(1e9)
 
 @kernel
 def _along_x(begin, end, mask, spacing, field):  # type: ignore[no-untyped-def]
-    """field = squared distance to the nearest border in the voxel's own row, negative inside."""
-    half = np.float32(0.5) * spacing
+    """field = squared distance to the nearest border in the voxel's own row, negative inside; counted in voxels, so exactly."""
+    half, one = np.float32(0.5), np.float32(1.0)
     for z in range(begin, end):
         for y in range(mask.shape[1]):
             row = mask[z, y]
@@ -35,14 +35,14 @@ def _along_x(begin, end, mask, spacing, field):  # type: ignore[no-untyped-def]
                 if x > 0 and row[x] != row[x - 1]:
                     far = half
                 out[x] = far
-                far += spacing
+                far += one
             far = np.float32(1e15)
             for x in range(last, -1, -1):
                 if x < last and row[x] != row[x + 1]:
                     far = half
-                d = min(out[x], far)
+                d = min(out[x], far) * spacing
                 out[x] = -d * d if row[x] else d * d
-                far += spacing
+                far += one
 
 
 @helper

@@ -32,7 +32,7 @@ Side = Literal["above", "below"]
 def check_level(volume: Volume, iso: float | None, inside: Side | None) -> tuple[float, float]:
     """The isovalue, and 1 where the body is above it, -1 where it is below.
 
-    Without an isovalue it is the zero level of a distance field, or the border of a mask; with one, the body is the brighter side.
+    Without an isovalue it is the zero level of a distance field or the border of a mask; with one, the body is brighter.
     """
     if inside not in (None, "above", "below"):
         raise InputError(f"inside must be above or below, not {inside!r}")

@@ -19,25 +19,28 @@ SHALLOW = 1.5
 
 
 @helper
-def _slope(low, here, high, step):  # type: ignore[no-untyped-def]
-    """The slope along one axis seen from the side that is nearer to the surface, whose field no other side has touched."""
-    a, b = low - here, high - here
-    if max(a, b) <= 0.0:
-        return 0.0
-    return b / step if b > a else -a / step
-
-
-@helper
 def _upwards(voxels, spacing, x, y, z):  # type: ignore[no-untyped-def]
-    """The unit vector to the closest point of the surface."""
+    """The unit vector to the closest point of the surface.
+
+    Of the eight gradients that differences to one side give, the one whose length is nearest to 1: the sides of that one have the
+    same closest surface.
+    """
     nz, ny, nx = voxels.shape
     here = voxels[z, y, x]
-    a = _slope(voxels[z, y, max(x - 1, 0)], here, voxels[z, y, min(x + 1, nx - 1)], spacing[0])
-    b = _slope(voxels[z, max(y - 1, 0), x], here, voxels[z, min(y + 1, ny - 1), x], spacing[1])
-    c = _slope(voxels[max(z - 1, 0), y, x], here, voxels[min(z + 1, nz - 1), y, x], spacing[2])
-    size = math.sqrt(a * a + b * b + c * c)
-    scale = 1.0 / size if size > 0.0 else 0.0
-    return a * scale, b * scale, c * scale
+    best = np.inf
+    a = b = c = 0.0
+    for octant in range(8):
+        i, j, k = 2 * (octant & 1) - 1, (octant & 2) - 1, (octant >> 1 & 2) - 1
+        if x + i < 0 or x + i >= nx or y + j < 0 or y + j >= ny or z + k < 0 or z + k >= nz:
+            continue
+        u = i * (voxels[z, y, x + i] - here) / spacing[0]
+        v = j * (voxels[z, y + j, x] - here) / spacing[1]
+        w = k * (voxels[z + k, y, x] - here) / spacing[2]
+        size = math.sqrt(u * u + v * v + w * w)
+        if size > 0.0 and abs(size - 1.0) < best:
+            best = abs(size - 1.0)
+            a, b, c = u / size, v / size, w / size
+    return a, b, c
 
 
 @kernel

@@ -8,9 +8,8 @@ import numpy as np
 
 from intaglio.compute import Progress
 from intaglio.errors import InputError
-from intaglio.solid.field import check_field
+from intaglio.solid.field import check_field, stages
 from intaglio.solid.resample import covering_grid, resample
-from intaglio.solid.field import stages
 from intaglio.volume import Volume
 
 

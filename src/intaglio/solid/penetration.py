@@ -16,21 +16,21 @@ from intaglio.volume import Volume
 
 @dataclass(frozen=True, eq=False)
 class Penetration:
-    """depth in mm, negative for the gap between solids apart; place (3,) in RAS+ mm; direction (3,), unit, that frees the second."""
+    """depth in mm, negative for a gap; place (3,) in RAS+ mm; direction (3,), unit, that frees the second solid."""
 
     depth: float
     place: NDArray[np.float64]
     direction: NDArray[np.float64]
 
 
-def _slope(array: NDArray[Any], k: int, j: int, i: int) -> NDArray[np.float64]:
-    """Differences per voxel along x, y, z at a voxel, between its neighbours as far as there are any."""
-    near = array[max(k - 1, 0) : k + 2, max(j - 1, 0) : j + 2, max(i - 1, 0) : i + 2].astype(np.float64)
-    middle = [min(1, c) for c in (k, j, i)]
+def _slope(array: NDArray[Any], place: tuple[int, ...]) -> NDArray[np.float64]:
+    """Differences per voxel along x, y, z at a voxel (z, y, x), between its neighbours as far as there are any."""
     slope = []
     for axis in (2, 1, 0):
-        line = np.moveaxis(near, axis, 0)[(slice(None), *(m for a, m in enumerate(middle) if a != axis))]
-        slope.append((line[-1] - line[0]) / (len(line) - 1))
+        low, high = list(place), list(place)
+        low[axis] = max(place[axis] - 1, 0)
+        high[axis] = min(place[axis] + 1, array.shape[axis] - 1)
+        slope.append((float(array[tuple(high)]) - float(array[tuple(low)])) / (high[axis] - low[axis]))
     return np.array(slope)
 
 
@@ -42,18 +42,23 @@ def penetration_depth(a: Volume, b: Volume, *, progress: Progress | None = None)
                Solids apart have a negative depth, the gap between them
     place      of all places with that sum, the one halfway between the surfaces; at voxels of a's grid
     direction  from a's surface outwards, at the place
-    Exact to about half a voxel for exact distances. b is resampled on a's grid, beyond its own with a lower bound.
+    Exact to about half a voxel for exact distances. b is resampled on a's grid; where the gap between solids apart lies
+    beyond b's grid, its length is a lower bound.
     """
     check_field(a), check_field(b)
     other = resample(b, a, progress)
     total = a.array.astype(np.float32) + other
+    # Where they overlap both are on their own grids, where distances are more than bounds.
+    overlap = np.maximum(a.array, other) < 0
+    if overlap.any():
+        total[~overlap] = np.inf
     depth = -float(total.min())
     # Along the way from surface to surface the sum is the same but for the sampling.
     among = np.flatnonzero(total <= -depth + 0.02 * float(a.spacing.min()))
     uneven = np.abs(a.array.ravel()[among] - other.ravel()[among])
-    k, j, i = np.unravel_index(among[int(uneven.argmin())], a.shape)
+    k, j, i = (int(c) for c in np.unravel_index(among[int(uneven.argmin())], a.shape))
     place = a.world_from_index @ (i, j, k, 1.0)
-    slope = _slope(a.array, k, j, i) - _slope(other, k, j, i)
+    slope = _slope(a.array, (k, j, i)) - _slope(other, (k, j, i))
     direction = a.index_from_world[:3, :3].T @ slope
     size = float(np.linalg.norm(direction))
     return Penetration(depth, place[:3], direction / size if size > 0 else np.array([0.0, 0.0, 1.0]))

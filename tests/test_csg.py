@@ -145,7 +145,7 @@ def test_bad_input_is_refused(a):
     for smooth in (-1.0, math.nan, math.inf):
         with pytest.raises(ig.InputError, match="smooth must be a length in mm"):
             ig.union(a, a, smooth=smooth)
-    with pytest.raises(ig.InputError, match="t must be 0 to 1, not 1.5"):
+    with pytest.raises(ig.InputError, match="t must be 0 to 1, not "):
         ig.morph(a, a, 1.5)
     with pytest.raises(ig.InputError, match="mm must be a finite length"):
         ig.offset(a, math.nan)

@@ -154,7 +154,7 @@ def test_normals_are_saved(tmp_path):
 
 def test_other_kinds_of_file_are_refused(tmp_path):
     mesh = ig.surface(field(20, lambda p: oracle.ball(p, (4.0, 12.0, 16.0), 6.0)))
-    with pytest.raises(ig.InputError, match="output must end in .stl, .ply, .obj or .glb, not 'ball.vtk'"):
+    with pytest.raises(ig.InputError, match=r"output must end in \.stl, \.ply, \.obj or \.glb, not 'ball\.vtk'"):
         mesh.save(tmp_path / "ball.vtk")
 
 

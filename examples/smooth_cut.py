@@ -7,7 +7,7 @@ import numpy as np
 import intaglio as ig
 
 SIDE = 64
-LIGHTS = (ig.Light(intensity=0.7), ig.Light(direction=(0.9, 0.1, 0.5), intensity=0.4))
+LIGHTS = (ig.Light(intensity=0.7), ig.Light(direction=(0.9, -0.3, 0.5), intensity=0.3))
 
 
 def solids() -> tuple[ig.Volume, ig.Volume]:

@@ -58,10 +58,10 @@ def union(
     smooth  mm; rounds the seam where surfaces meet: they are left this far from it. With more than two solids, the
             order of those that meet within that distance matters
     like    a volume whose grid the result has; else the first field's, extended until it holds the bodies of all
-    The surface is exact, and so are distances outside; depths inside are lower bounds (of intersections and differences it is
-    the other way round) until `redistance` makes them exact. A field is continued beyond its grid by a lower bound of the
+    Up to the interpolation, the surface is exact, and so are distances outside; depths inside are lower bounds (of intersections
+    and differences it is the other way round) until `redistance` makes them exact. A field is continued beyond its grid by a lower bound of the
     distance, and a body that its grid cuts off ends there. A smooth seam adds at most smooth / 4.
-    Raises InputError for volumes that are no fields.
+    Raises InputError for volumes that are no fields, and for grids to resample whose axes are not perpendicular.
     """
     fields = tuple(check_field(f) for f in (field, *others))
     return _combine(fields, like or covering_grid(fields), 1, 1, smooth, progress)

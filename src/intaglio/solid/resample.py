@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from intaglio.compute import Progress, frozen, kernel, strips
 from intaglio.sampling import trilinear
-from intaglio.solid.field import beyond
+from intaglio.solid.field import beyond, grid_spacing
 from intaglio.volume import Volume
 
 # Voxels round the bodies that a covering grid has to hold.
@@ -57,9 +57,10 @@ def resample(field: Volume, grid: Volume, progress: Progress | None = None) -> N
     corners = (grid.corners @ field.index_from_world[:3, :3].T) + field.index_from_world[:3, 3]
     last = np.array(field.shape[::-1]) - 1.0
     trim = bool((corners < -1e-6).any() or (corners > last + 1e-6).any())
+    steps = grid_spacing(field).astype(np.float64)
     out = np.empty(grid.shape, dtype=np.float32)
     voxels = frozen(field.samples.astype(np.float32, copy=False))
-    strips(_resample, len(out), voxels, field_from_grid, field.spacing, trim, out, size=4, progress=progress)
+    strips(_resample, len(out), voxels, field_from_grid, steps, trim, out, size=4, progress=progress)
     return out
 
 

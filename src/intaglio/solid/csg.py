@@ -59,8 +59,8 @@ def union(
             order of those that meet within that distance matters
     like    a volume whose grid the result has; else the first field's, extended until it holds the bodies of all
     Up to the interpolation, the surface is exact, and so are distances outside; depths inside are lower bounds (of intersections
-    and differences it is the other way round) until `redistance` makes them exact. A field is continued beyond its grid by a lower bound of the
-    distance, and a body that its grid cuts off ends there. A smooth seam adds at most smooth / 4.
+    and differences it is the other way round) until `redistance` makes them exact. A field is continued beyond its grid by
+    a lower bound of the distance, and a body that its grid cuts off ends there. A smooth seam adds at most smooth / 4.
     Raises InputError for volumes that are no fields, and for grids to resample whose axes are not perpendicular.
     """
     fields = tuple(check_field(f) for f in (field, *others))

@@ -424,3 +424,32 @@ def stamped(
             v = ((y - cy) * c - (x - cx) * s) / wide * n + (n + 1) / 2
             out += pigment * ndimage.map_coordinates(tip[level][: n + 2, : n + 2], [v, u], order=1, mode="constant")
     return out
+
+
+def signed_distance(mask: NDArray[np.bool_], spacing: ArrayLike) -> Array:
+    """Distance (z, y, x) from voxel centres to the nearest box of a voxel on the other side; spacing (x, y, z)."""
+    step = np.asarray(spacing, dtype=np.float64)[::-1]
+    place = np.argwhere(np.ones(mask.shape, dtype=bool))
+    side = mask.ravel()
+    out = np.empty(len(place))
+    for i, p in enumerate(place):
+        gap = (np.maximum(np.abs(place[side != side[i]] - p), 0.5) - 0.5) * step
+        out[i] = np.sqrt((gap**2).sum(axis=1).min())
+    return np.where(side, -out, out).reshape(mask.shape)
+
+
+def positions(volume: Volume) -> Array:
+    """(z, y, x, 3) world positions of a volume's voxels."""
+    k, j, i = np.indices(volume.shape)
+    return np.stack([i, j, k], axis=-1) @ volume.world_from_index[:3, :3].T + volume.world_from_index[:3, 3]
+
+
+def ball(points: Array, centre: ArrayLike, radius: float) -> Array:
+    """Signed distance to a ball."""
+    return np.linalg.norm(points - np.asarray(centre, dtype=np.float64), axis=-1) - radius
+
+
+def box(points: Array, centre: ArrayLike, half: ArrayLike) -> Array:
+    """Signed distance to a box along the axes, of half its size."""
+    q = np.abs(points - np.asarray(centre, dtype=np.float64)) - np.asarray(half, dtype=np.float64)
+    return np.linalg.norm(np.maximum(q, 0.0), axis=-1) + np.minimum(q.max(axis=-1), 0.0)

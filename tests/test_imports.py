@@ -41,19 +41,21 @@ LAYER = {
     "errors": 0,
     **dict.fromkeys(NOUNS, 1),
     "compute": 2,
+    "sampling": 2,
     **dict.fromkeys(SIBLINGS, 3),
     "datasets": 5,
     "cli": 6,
     "__main__": 7,
 }
 
-# Drawings and transfer functions save and show themselves, though what writes files stands above them.
+# Drawings, meshes and transfer functions save and show themselves, though what writes files stands above them.
 DOORS = {
     ("drawing", "Drawing.save"),
     ("drawing", "Drawing.image"),
     ("drawing", "Drawing._repr_svg_"),
     ("drawing", "Image.save"),
     ("drawing", "Image._repr_png_"),
+    ("mesh", "TriangleMesh.save"),
     ("transfer_function", "TransferFunction.read"),
     ("transfer_function", "TransferFunction.write"),
     ("transfer_function", "TransferFunction.picture"),

@@ -7,8 +7,8 @@ import oracle
 import pytest
 from hypothesis import given, settings, strategies as st
 
+from intaglio import sampling
 from intaglio.compute import frozen
-from intaglio.rendering import sampling
 
 SHAPE = (5, 6, 7)
 LAST = np.array(SHAPE[::-1]) - 1.0

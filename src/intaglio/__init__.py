@@ -35,6 +35,14 @@ if TYPE_CHECKING:
     from intaglio.rendering.raycast import render as render
     from intaglio.rendering.shade import shade as shade
     from intaglio.selection import Selection as Selection
+    from intaglio.solid.csg import difference as difference, intersection as intersection, union as union
+    from intaglio.solid.edt import signed_distance as signed_distance
+    from intaglio.solid.medial import medial_axis as medial_axis
+    from intaglio.solid.morph import morph as morph
+    from intaglio.solid.offset import offset as offset, shell as shell
+    from intaglio.solid.penetration import penetration_depth as penetration_depth
+    from intaglio.solid.redistance import redistance as redistance
+    from intaglio.solid.surface import surface as surface
     from intaglio.transfer_function import TransferFunction as TransferFunction
     from intaglio.transfer_function_2d import TransferFunction2D as TransferFunction2D
     from intaglio.volume import Volume as Volume
@@ -58,22 +66,33 @@ _PUBLIC = {
     "Volume": "volume",
     "body_surface": "rendering.isovalue",
     "contour": "plate",
+    "difference": "solid.csg",
     "draw": "plate",
     "draw_lines": "plate",
     "hatch": "plate",
     "illustrate": "plate",
+    "intersection": "solid.csg",
     "isosurface": "rendering.isosurface",
+    "medial_axis": "solid.medial",
+    "morph": "solid.morph",
+    "offset": "solid.offset",
     "parts_camera": "plate",
     "parts_of": "parts",
+    "penetration_depth": "solid.penetration",
     "read_mesh": "io.meshes",
     "read_volume": "io.volumes",
+    "redistance": "solid.redistance",
     "refinements": "rendering.progressive",
     "render": "rendering.raycast",
     "shade": "rendering.shade",
+    "shell": "solid.offset",
+    "signed_distance": "solid.edt",
     "style": "ink.styles",
     "styles": "ink.styles",
+    "surface": "solid.surface",
     "surface_camera": "plate",
     "turntable": "animation",
+    "union": "solid.csg",
 }
 
 __all__ = sorted(_PUBLIC)  # noqa: PLE0605

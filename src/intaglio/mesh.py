@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from os import PathLike
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,12 +44,14 @@ class TriangleMesh:
 
     vertices   (n, 3) float64
     triangles  (m, 3) int32 indices into vertices, counter-clockwise seen from outside
+    normals    (n, 3) float32, unit and outwards, of the surface that the mesh stands for; or None
     """
 
     vertices: NDArray[np.float64]
     triangles: NDArray[np.int32]
     name: str = "mesh"
     notes: tuple[str, ...] = field(default=())
+    normals: NDArray[np.float32] | None = None
 
     def __post_init__(self) -> None:
         vertices = np.ascontiguousarray(self.vertices, dtype=np.float64)
@@ -61,6 +64,8 @@ class TriangleMesh:
             raise InputError(f"{self.name}: triangles must be integers, not {triangles.dtype}")
         if triangles.min() < 0 or triangles.max() >= len(vertices):
             raise InputError(f"{self.name}: triangles name vertices outside 0..{len(vertices) - 1}")
+        if self.normals is not None and self.normals.shape != vertices.shape:
+            raise InputError(f"{self.name}: normals must be one for each vertex, {vertices.shape}, not {self.normals.shape}")
         object.__setattr__(self, "vertices", vertices)
         object.__setattr__(self, "triangles", np.ascontiguousarray(triangles, dtype=np.int32))
 
@@ -91,6 +96,12 @@ class TriangleMesh:
             nonmanifold_edges=int((uses > 2).sum()),
             degenerate_triangles=flat,
         )
+
+    def save(self, path: str | PathLike[str]) -> None:
+        """Write .stl, .ply, .obj or .glb, chosen by the extension, in RAS+ mm; the file appears only when it is complete."""
+        from intaglio.io.mesh_files import save_mesh
+
+        save_mesh(self, path)
 
     def _components(self, edges: NDArray[np.int32]) -> int:
         from scipy.sparse import coo_array

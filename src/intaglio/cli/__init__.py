@@ -15,6 +15,7 @@ from intaglio.cli.demo import demo
 from intaglio.cli.hatch import hatch
 from intaglio.cli.info import info
 from intaglio.cli.render import render
+from intaglio.cli.surface import surface
 from intaglio.cli.turntable import turntable
 from intaglio.errors import InputError
 
@@ -31,9 +32,10 @@ app = typer.Typer(
     "`intaglio render SCAN -o picture.png` shows what is inside\n\n"
     "`intaglio hatch SCAN -o plate.svg` draws it\n\n"
     "`intaglio contour SCAN -o lines.svg` draws its contours alone\n\n"
-    "`intaglio turntable SCAN -o spin.gif` turns it",
+    "`intaglio turntable SCAN -o spin.gif` turns it\n\n"
+    "`intaglio surface SCAN -o bone.stl` makes a mesh of it",
 )
-for command in (demo, info, hatch, contour, turntable, render):
+for command in (demo, info, hatch, contour, turntable, render, surface):
     app.command()(command)
 
 

@@ -14,7 +14,7 @@ from intaglio.rendering.culling import TILE
 from intaglio.rendering.cutting import kept, slopes_of_cut
 from intaglio.rendering.first_hit import next_block, ray_at, span
 from intaglio.rendering.packets import CELL, LANES, light_packet, slopes, spline, steepness, values, values_and_slopes
-from intaglio.rendering.sampling import trilinear
+from intaglio.sampling import trilinear
 
 # When colours are looked up; BOUNDARIES by value and slope.
 PRE, POST, PREINTEGRATED, BOUNDARIES = 0, 1, 2, 3

@@ -10,8 +10,8 @@ import numpy as np
 
 from intaglio.compute import helper, kernel
 from intaglio.rendering.cutting import kept
-from intaglio.rendering.sampling import trilinear
 from intaglio.rendering.skipping import BLOCK, SURFACE
+from intaglio.sampling import trilinear
 
 # Voxels between samples on a ray inside a block that can hold the surface.
 STEP = 0.5

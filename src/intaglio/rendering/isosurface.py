@@ -17,8 +17,8 @@ from intaglio.gbuffer import GBuffer
 from intaglio.lighting import DEFAULT_LIGHTS, Light, Material, packed_lights
 from intaglio.rendering.cutting import cut_blocks, kept
 from intaglio.rendering.first_hit import first_hit, ray_at
-from intaglio.rendering.sampling import tricubic
 from intaglio.rendering.skipping import Inside, surface_blocks
+from intaglio.sampling import tricubic
 from intaglio.selection import Selection, packed_selections
 from intaglio.volume import Volume
 

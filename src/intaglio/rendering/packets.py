@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from intaglio.compute import helper, kernel, pair, quad
-from intaglio.rendering.sampling import tricubic
+from intaglio.sampling import tricubic
 
 # Where gradients come from: the cell's own trilinear field, central differences, the tricubic B-spline.
 CELL, CENTRAL, SPLINE = 0, 1, 2

@@ -1,0 +1,70 @@
+"""`intaglio surface`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+from typer import BadParameter, Option
+
+from intaglio.cli.console import out, running, say
+from intaglio.cli.options import Fill, Index, Raw, Scan, Series, Spacing, number, read
+
+INSIDE = "On which side of the isovalue the body is: above, as in scans, or below, as in distance fields."
+DEFAULT = Path("surface.stl")
+
+
+def surface(
+    scan: Scan,
+    output: Annotated[
+        Path, Option("--output", "-o", metavar="FILE", help="Mesh to write: .stl, .ply, .obj or .glb.", readable=False)
+    ] = DEFAULT,
+    iso: Annotated[float | None, number("--iso", "Isovalue; without it, that of the body", show_default=False)] = None,
+    label: Annotated[int | None, number("--label", "Voxels of this value, of a label map", kind=int, show_default=False)] = None,
+    inside: Annotated[str, Option("--inside", metavar="SIDE", help=INSIDE)] = "above",
+    open_: Annotated[bool, Option("--open", help="Leave the mesh open where the body leaves the scan.")] = False,
+    raw: Raw = None,
+    spacing: Spacing = None,
+    fill: Fill = None,
+    series: Series = None,
+    index: Index = None,
+) -> None:
+    """Make a mesh of the surface of a body in a scan: closed, manifold, facing outwards.
+
+    `intaglio surface ct.nii.gz --iso 300 -o bone.stl`
+
+    `intaglio surface labels.nii.gz --label 5 -o liver.ply`
+
+    `intaglio surface distance.nii.gz --iso 0 --inside below -o solid.glb`
+    """
+    from intaglio.io.mesh_files import SAVED
+    from intaglio.io.plates import check_output
+    from intaglio.solid.edt import signed_distance
+    from intaglio.solid.surface import surface as surface_of
+
+    check_output(output, SAVED)
+    if iso is not None and label is not None:
+        raise BadParameter("cannot be given together with --iso", param_hint="'--label'")
+    if inside not in ("above", "below"):
+        raise BadParameter(f"must be above or below, not {inside!r}", param_hint="'--inside'")
+    side: Any = inside
+    with running() as steps:
+        volume = read(steps, scan, raw, spacing, fill, series, index)
+        level = _body(volume) if iso is None and label is None else iso
+        if label is not None:
+            with steps.step("measuring") as progress:
+                volume = signed_distance(volume, label, progress=progress)
+            level, side = 0.0, "below"
+        with steps.step("extracting") as progress:
+            mesh = surface_of(volume, level, inside=side, cap=not open_, progress=progress)
+        with steps.step("writing"):
+            mesh.save(output)
+    out.print(f"{output}  {len(mesh.triangles)} triangles, {len(mesh.vertices)} vertices, {steps.summary()}", markup=False)
+
+
+def _body(volume: Any) -> float:
+    from intaglio.rendering.isovalue import body_surface
+
+    iso, what = body_surface(volume)
+    say(f"note: no --iso given; taking {iso:g}, {what}")
+    return iso

@@ -453,3 +453,42 @@ def box(points: Array, centre: ArrayLike, half: ArrayLike) -> Array:
     """Signed distance to a box along the axes, of half its size."""
     q = np.abs(points - np.asarray(centre, dtype=np.float64)) - np.asarray(half, dtype=np.float64)
     return np.linalg.norm(np.maximum(q, 0.0), axis=-1) + np.minimum(q.max(axis=-1), 0.0)
+
+
+def point_triangle_distance(points: ArrayLike, corners: ArrayLike) -> Array:
+    """(n,) distances of points (n, 3) from one triangle (3, 3): the plane where the foot is inside, else the sides."""
+    p, (a, b, c) = np.asarray(points, float), np.asarray(corners, float)
+
+    def side(u: Array, v: Array) -> Array:
+        d = v - u
+        t = np.clip(((p - u) @ d) / max(d @ d, 1e-300), 0.0, 1.0)
+        return np.linalg.norm(p - u - t[:, None] * d, axis=1)
+
+    best = np.minimum(np.minimum(side(a, b), side(b, c)), side(c, a))
+    normal = np.cross(b - a, c - a)
+    if np.linalg.norm(normal) > 0:
+        unit = normal / np.linalg.norm(normal)
+        over = np.ones(len(p), dtype=bool)
+        for u, v in ((a, b), (b, c), (c, a)):
+            over &= (p - u) @ np.cross(unit, v - u) >= 0
+        best = np.where(over, np.minimum(best, np.abs((p - a) @ unit)), best)
+    return best
+
+
+def mesh_distance(points: ArrayLike, vertices: ArrayLike, triangles: ArrayLike) -> Array:
+    """(n,) unsigned distances of points from a mesh: the least over all triangles."""
+    corners = np.asarray(vertices, float)[np.asarray(triangles)]
+    return np.min([point_triangle_distance(points, tri) for tri in corners], axis=0)
+
+
+def winding_number(points: ArrayLike, vertices: ArrayLike, triangles: ArrayLike) -> Array:
+    """(n,) generalized winding numbers: the solid angles of all triangles, by van Oosterom and Strackee 1983."""
+    p = np.asarray(points, float)
+    total = np.zeros(len(p))
+    for tri in np.asarray(vertices, float)[np.asarray(triangles)]:
+        a, b, c = (corner - p for corner in tri)
+        la, lb, lc = (np.linalg.norm(v, axis=1) for v in (a, b, c))
+        volume = np.einsum("ij,ij->i", a, np.cross(b, c))
+        dots = np.einsum("ij,ij->i", a, b) * lc + np.einsum("ij,ij->i", b, c) * la + np.einsum("ij,ij->i", c, a) * lb
+        total += np.arctan2(volume, la * lb * lc + dots) / (2 * np.pi)
+    return total

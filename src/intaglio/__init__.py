@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from intaglio.ink.hand import Hand as Hand
     from intaglio.ink.styles import Hatching as Hatching, style as style, styles as styles
     from intaglio.io.meshes import read_mesh as read_mesh
+    from intaglio.io.volume_files import write_volume as write_volume
     from intaglio.io.volumes import read_volume as read_volume
     from intaglio.lighting import Light as Light, Material as Material
     from intaglio.mesh import TriangleMesh as TriangleMesh
@@ -38,10 +39,12 @@ if TYPE_CHECKING:
     from intaglio.solid.csg import difference as difference, intersection as intersection, union as union
     from intaglio.solid.edt import signed_distance as signed_distance
     from intaglio.solid.medial import medial_axis as medial_axis
+    from intaglio.solid.mesh_distance import distance_field as distance_field
     from intaglio.solid.morph import morph as morph
     from intaglio.solid.offset import offset as offset, shell as shell
     from intaglio.solid.penetration import penetration_depth as penetration_depth
     from intaglio.solid.redistance import redistance as redistance
+    from intaglio.solid.scan_conversion import voxelize as voxelize
     from intaglio.solid.surface import surface as surface
     from intaglio.transfer_function import TransferFunction as TransferFunction
     from intaglio.transfer_function_2d import TransferFunction2D as TransferFunction2D
@@ -67,6 +70,7 @@ _PUBLIC = {
     "body_surface": "rendering.isovalue",
     "contour": "plate",
     "difference": "solid.csg",
+    "distance_field": "solid.mesh_distance",
     "draw": "plate",
     "draw_lines": "plate",
     "hatch": "plate",
@@ -93,6 +97,8 @@ _PUBLIC = {
     "surface_camera": "plate",
     "turntable": "animation",
     "union": "solid.csg",
+    "voxelize": "solid.scan_conversion",
+    "write_volume": "io.volume_files",
 }
 
 __all__ = sorted(_PUBLIC)  # noqa: PLE0605

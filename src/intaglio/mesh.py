@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from functools import cached_property
 from os import PathLike
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -111,3 +112,13 @@ class TriangleMesh:
         graph = coo_array((np.ones(len(edges), dtype=bool), (edges[:, 0], edges[:, 1])), shape=(n, n))
         _, label = connected_components(graph, directed=False)
         return len(np.unique(label[edges[:, 0]]))
+
+
+def merge_vertices(vertices: NDArray[np.float64], triangles: NDArray[Any]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """One vertex for each position, exactly compared; vertices (n, 3), triangles (m, 3)."""
+    order = np.lexsort(vertices.T)
+    ordered = vertices[order]
+    new = np.concatenate([[True], (ordered[1:] != ordered[:-1]).any(axis=1)])
+    place = np.empty(len(vertices), dtype=np.int64)
+    place[order] = np.cumsum(new) - 1
+    return ordered[new], place[triangles]

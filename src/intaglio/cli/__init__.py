@@ -12,11 +12,13 @@ import intaglio
 from intaglio.cli.console import out, say
 from intaglio.cli.contour import contour
 from intaglio.cli.demo import demo
+from intaglio.cli.distance import distance
 from intaglio.cli.hatch import hatch
 from intaglio.cli.info import info
 from intaglio.cli.render import render
 from intaglio.cli.surface import surface
 from intaglio.cli.turntable import turntable
+from intaglio.cli.voxelize import voxelize
 from intaglio.errors import InputError
 
 # What typer raises for wrong usage; of that family it names only BadParameter.
@@ -35,7 +37,7 @@ app = typer.Typer(
     "`intaglio turntable SCAN -o spin.gif` turns it\n\n"
     "`intaglio surface SCAN -o bone.stl` makes a mesh of it",
 )
-for command in (demo, info, hatch, contour, turntable, render, surface):
+for command in (demo, info, hatch, contour, turntable, render, surface, voxelize, distance):
     app.command()(command)
 
 

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from intaglio.errors import InputError
-from intaglio.mesh import TriangleMesh
+from intaglio.mesh import TriangleMesh, merge_vertices
 
 if TYPE_CHECKING:
     from intaglio.compute import Progress
@@ -121,16 +121,6 @@ def _promised_faces(path: Path, scene: Any) -> int:
         text = " ".join(line.split("#", 1)[0] for line in islice(file, 100))
     numbers = re.findall(r"\d+", text.split("OFF", 1)[-1])
     return int(numbers[1]) if len(numbers) > 1 else 0
-
-
-def merge_vertices(vertices: Vertices, triangles: Triangles) -> tuple[Vertices, Triangles]:
-    """One vertex for each position, exactly compared; vertices (n, 3), triangles (m, 3)."""
-    order = np.lexsort(vertices.T)
-    ordered = vertices[order]
-    new = np.concatenate([[True], (ordered[1:] != ordered[:-1]).any(axis=1)])
-    place = np.empty(len(vertices), dtype=np.int64)
-    place[order] = np.cumsum(new) - 1
-    return ordered[new], place[triangles]
 
 
 def _outwards(mesh: TriangleMesh) -> TriangleMesh:

@@ -27,7 +27,7 @@ from intaglio.cli import app, main
 from intaglio.ink.styles import STYLES, Hatching, styles
 
 POSIX = os.name == "posix"
-COMMANDS = ("demo", "info", "hatch", "contour", "turntable", "render", "surface")
+COMMANDS = ("demo", "info", "hatch", "contour", "turntable", "render", "surface", "voxelize", "distance", "combine")
 COLOURS = ("FORCE_COLOR", "NO_COLOR", "TTY_COMPATIBLE", "TTY_INTERACTIVE", "GITHUB_ACTIONS")
 
 

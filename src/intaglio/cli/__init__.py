@@ -9,6 +9,7 @@ from typing import Annotated, Any
 import typer
 
 import intaglio
+from intaglio.cli.combine import combine
 from intaglio.cli.console import out, say
 from intaglio.cli.contour import contour
 from intaglio.cli.demo import demo
@@ -35,9 +36,11 @@ app = typer.Typer(
     "`intaglio hatch SCAN -o plate.svg` draws it\n\n"
     "`intaglio contour SCAN -o lines.svg` draws its contours alone\n\n"
     "`intaglio turntable SCAN -o spin.gif` turns it\n\n"
-    "`intaglio surface SCAN -o bone.stl` makes a mesh of it",
+    "`intaglio surface SCAN -o bone.stl` makes a mesh of it\n\n"
+    "`intaglio voxelize MESH` and `intaglio distance MESH` make volumes of a mesh\n\n"
+    "`intaglio combine HOW SOLID ...` adds, cuts and intersects solids",
 )
-for command in (demo, info, hatch, contour, turntable, render, surface, voxelize, distance):
+for command in (demo, info, hatch, contour, turntable, render, surface, voxelize, distance, combine):
     app.command()(command)
 
 

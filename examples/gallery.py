@@ -1,4 +1,4 @@
-"""Make every example's picture at full size: docs/gallery/NAME.png, and NAME.svg beside it for one of them."""
+"""Make every example's picture at full size, docs/gallery/NAME.png, for one of them NAME.svg beside it, and a page of them all."""
 
 from __future__ import annotations
 
@@ -48,19 +48,35 @@ def reading_size(plate: ig.Drawing | ig.Image, limit: int = 300_000) -> bytes:
     return out.getvalue()
 
 
-def main() -> None:
+def page(modules: list[ModuleType]) -> str:
+    """What the gallery shows, in words."""
+    parts = [
+        f"![{m.__name__}]({m.__name__}.png)\n\n{m.__doc__} [`{m.__name__}.py`](../../examples/{m.__name__}.py)\n" for m in modules
+    ]
+    return "# Gallery\n\nEach picture is one file in `examples/`; `make gallery` draws them all.\n\n" + "\n".join(parts)
+
+
+def main(names: list[str]) -> None:
+    """All pictures and the page of them, or some pictures by name."""
     folder = ROOT / "docs" / "gallery"
     folder.mkdir(parents=True, exist_ok=True)
-    for example in examples():
+    modules = examples()
+    unknown = set(names) - {m.__name__ for m in modules}
+    if unknown:
+        sys.exit(f"no example is called {', '.join(sorted(unknown))}")
+    for example in modules:
+        if names and example.__name__ not in names:
+            continue
         begun = time.perf_counter()
         plate = example.make(data_folder(), 1400)
         (folder / f"{example.__name__}.png").write_bytes(reading_size(plate))
         if example.__name__ == AS_SVG:
             assert isinstance(plate, ig.Drawing)
             plate.save(folder / f"{example.__name__}.svg")
-        print(f"{example.__name__:<20}{time.perf_counter() - begun:6.2f} s  {example.__doc__}")
+        print(f"{example.__name__:<24}{time.perf_counter() - begun:6.2f} s  {example.__doc__}", flush=True)
+    (folder / "README.md").write_text(page(modules), encoding="utf-8")
 
 
 if __name__ == "__main__":
     sys.path.insert(0, str(HERE))
-    main()
+    main(sys.argv[1:])

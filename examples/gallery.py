@@ -1,4 +1,4 @@
-"""Make every example's picture at full size, docs/gallery/NAME.png, for one of them NAME.svg beside it, and a page of them all."""
+"""Make every example's picture at full size, docs/gallery/NAME.png, for one of them NAME.svg beside it, and a page of them."""
 
 from __future__ import annotations
 

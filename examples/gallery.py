@@ -32,7 +32,7 @@ def data_folder() -> Path | None:
     return folder if folder.is_dir() else None
 
 
-def reading_size(plate: ig.Drawing | ig.Image, limit: int = 300_000) -> bytes:
+def reading_size(plate: ig.Drawing | ig.Image, limit: int = 420_000) -> bytes:
     """A PNG of reading size, in as many greys or colours as stay below the limit of bytes."""
     image = plate.image(25.4 * 2 * WIDTH / plate.width_mm) if isinstance(plate, ig.Drawing) else plate
     picture = Picture.fromarray(image.bytes8[..., :3])

@@ -21,88 +21,74 @@ _HALF = np.float32(0.5)
 
 
 @helper
+def _lerp(a, b, u):  # type: ignore[no-untyped-def]
+    return a + u * (b - a)
+
+
+@helper
+def _start(grid, ray, first, step, shift):  # type: ignore[no-untyped-def]
+    """Strides, last index, first position and way of a packet, as kernels of lanes take them."""
+    return (
+        (np.uint64(grid[0]), np.uint64(grid[1])),
+        (np.float32(grid[2]), np.float32(grid[3]), np.float32(grid[4])),
+        (
+            np.float32(ray[0] + first * ray[3] + shift[0]),
+            np.float32(ray[1] + first * ray[4] + shift[1]),
+            np.float32(ray[2] + first * ray[5] + shift[2]),
+        ),
+        (np.float32(step * ray[3]), np.float32(step * ray[4]), np.float32(step * ray[5])),
+    )
+
+
+@helper
+def _cell(voxels, strides, last, at, way, lane):  # type: ignore[no-untyped-def]
+    """Where a sample lies in its cell, and the values at the cell's four edges along x: their beginning and their rise."""
+    t = np.float32(lane)
+    x = min(max(at[0] + t * way[0], _ZERO), last[0])
+    y = min(max(at[1] + t * way[1], _ZERO), last[1])
+    z = min(max(at[2] + t * way[2], _ZERO), last[2])
+    i = np.int32(min(x, last[0] - _ONE))
+    j = np.int32(min(y, last[1] - _ONE))
+    k = np.int32(min(z, last[2] - _ONE))
+    sy, sz = strides
+    b = np.uint64(k) * sz + np.uint64(j) * sy + np.uint64(i)
+    a00, b00 = pair(voxels, b)
+    a01, b01 = pair(voxels, b + sy)
+    a10, b10 = pair(voxels, b + sz)
+    a11, b11 = pair(voxels, b + sz + sy)
+    place = (x - np.float32(i), y - np.float32(j), z - np.float32(k))
+    return place, (a00, a01, a10, a11), (b00 - a00, b01 - a01, b10 - a10, b11 - a11)
+
+
+@helper
 def values(voxels, grid, ray, first, step, count, shift, out):  # type: ignore[no-untyped-def]
     """out[l] = trilinear value at origin + (first + l step) direction + shift.
 
     voxels flat; grid (5,) = strides of y and z, then the last index of x, y, z; ray (6,) in index space, float64.
     """
-    sy = np.uint64(grid[0])
-    sz = np.uint64(grid[1])
-    mx, my, mz = np.float32(grid[2]), np.float32(grid[3]), np.float32(grid[4])
-    last_x, last_y, last_z = mx - _ONE, my - _ONE, mz - _ONE
-    px = np.float32(ray[0] + first * ray[3] + shift[0])
-    py = np.float32(ray[1] + first * ray[4] + shift[1])
-    pz = np.float32(ray[2] + first * ray[5] + shift[2])
-    dx, dy, dz = np.float32(step * ray[3]), np.float32(step * ray[4]), np.float32(step * ray[5])
+    strides, last, at, way = _start(grid, ray, first, step, shift)
     for lane in range(count):
-        t = np.float32(lane)
-        x = min(max(px + t * dx, _ZERO), mx)
-        y = min(max(py + t * dy, _ZERO), my)
-        z = min(max(pz + t * dz, _ZERO), mz)
-        i = np.int32(min(x, last_x))
-        j = np.int32(min(y, last_y))
-        k = np.int32(min(z, last_z))
-        u = x - np.float32(i)
-        v = y - np.float32(j)
-        w = z - np.float32(k)
-        b = np.uint64(k) * sz + np.uint64(j) * sy + np.uint64(i)
-        a00, b00 = pair(voxels, b)
-        a01, b01 = pair(voxels, b + sy)
-        a10, b10 = pair(voxels, b + sz)
-        a11, b11 = pair(voxels, b + sz + sy)
-        c00 = a00 + u * (b00 - a00)
-        c01 = a01 + u * (b01 - a01)
-        c10 = a10 + u * (b10 - a10)
-        c11 = a11 + u * (b11 - a11)
-        c0 = c00 + v * (c01 - c00)
-        c1 = c10 + v * (c11 - c10)
-        out[lane] = c0 + w * (c1 - c0)
+        (u, v, w), a, e = _cell(voxels, strides, last, at, way, lane)
+        c0 = _lerp(a[0] + u * e[0], a[1] + u * e[1], v)
+        c1 = _lerp(a[2] + u * e[2], a[3] + u * e[3], v)
+        out[lane] = _lerp(c0, c1, w)
 
 
 @helper
 def values_and_slopes(voxels, grid, ray, first, step, count, out, gx, gy, gz):  # type: ignore[no-untyped-def]
     """The same with the gradient of the trilinear field itself, in index space: cheap, but it jumps between cells."""
-    sy = np.uint64(grid[0])
-    sz = np.uint64(grid[1])
-    mx, my, mz = np.float32(grid[2]), np.float32(grid[3]), np.float32(grid[4])
-    last_x, last_y, last_z = mx - _ONE, my - _ONE, mz - _ONE
-    px = np.float32(ray[0] + first * ray[3])
-    py = np.float32(ray[1] + first * ray[4])
-    pz = np.float32(ray[2] + first * ray[5])
-    dx, dy, dz = np.float32(step * ray[3]), np.float32(step * ray[4]), np.float32(step * ray[5])
+    strides, last, at, way = _start(grid, ray, first, step, (0.0, 0.0, 0.0))
     for lane in range(count):
-        t = np.float32(lane)
-        x = min(max(px + t * dx, _ZERO), mx)
-        y = min(max(py + t * dy, _ZERO), my)
-        z = min(max(pz + t * dz, _ZERO), mz)
-        i = np.int32(min(x, last_x))
-        j = np.int32(min(y, last_y))
-        k = np.int32(min(z, last_z))
-        u = x - np.float32(i)
-        v = y - np.float32(j)
-        w = z - np.float32(k)
-        b = np.uint64(k) * sz + np.uint64(j) * sy + np.uint64(i)
-        a00, b00 = pair(voxels, b)
-        a01, b01 = pair(voxels, b + sy)
-        a10, b10 = pair(voxels, b + sz)
-        a11, b11 = pair(voxels, b + sz + sy)
-        e00 = b00 - a00
-        e01 = b01 - a01
-        e10 = b10 - a10
-        e11 = b11 - a11
-        c00 = a00 + u * e00
-        c01 = a01 + u * e01
-        c10 = a10 + u * e10
-        c11 = a11 + u * e11
-        d0 = c01 - c00
-        d1 = c11 - c10
+        (u, v, w), a, e = _cell(voxels, strides, last, at, way, lane)
+        c00 = a[0] + u * e[0]
+        c10 = a[2] + u * e[2]
+        d0 = a[1] + u * e[1] - c00
+        d1 = a[3] + u * e[3] - c10
         c0 = c00 + v * d0
         c1 = c10 + v * d1
-        f0 = e00 + v * (e01 - e00)
-        f1 = e10 + v * (e11 - e10)
-        out[lane] = c0 + w * (c1 - c0)
-        gx[lane] = f0 + w * (f1 - f0)
-        gy[lane] = d0 + w * (d1 - d0)
+        out[lane] = _lerp(c0, c1, w)
+        gx[lane] = _lerp(_lerp(e[0], e[1], v), _lerp(e[2], e[3], v), w)
+        gy[lane] = _lerp(d0, d1, w)
         gz[lane] = c1 - c0
 
 
@@ -128,28 +114,18 @@ def _between(four, u):  # type: ignore[no-untyped-def]
 
 
 @helper
-def _lerp(a, b, u):  # type: ignore[no-untyped-def]
-    return a + u * (b - a)
-
-
-@helper
 def smooth_slopes(voxels, grid, ray, first, step, count, gx, gy, gz):  # type: ignore[no-untyped-def]
     """Gradient from central differences at the voxels around, interpolated: what `central_differences` gives one voxel away,
     but from the 32 voxels that count, each read once, instead of 48. Constant in the outermost cells. At least 4 voxels each way.
     """
-    sy = np.uint64(grid[0])
-    sz = np.uint64(grid[1])
+    (sy, sz), last, at, way = _start(grid, ray, first, step, (0.0, 0.0, 0.0))
     one = np.uint64(1)
-    last_x, last_y, last_z = np.float32(grid[2] - 1.0), np.float32(grid[3] - 1.0), np.float32(grid[4] - 1.0)
-    px = np.float32(ray[0] + first * ray[3])
-    py = np.float32(ray[1] + first * ray[4])
-    pz = np.float32(ray[2] + first * ray[5])
-    dx, dy, dz = np.float32(step * ray[3]), np.float32(step * ray[4]), np.float32(step * ray[5])
+    last_x, last_y, last_z = last[0] - _ONE, last[1] - _ONE, last[2] - _ONE
     for lane in range(count):
         t = np.float32(lane)
-        x = min(max(px + t * dx, _ONE), last_x)
-        y = min(max(py + t * dy, _ONE), last_y)
-        z = min(max(pz + t * dz, _ONE), last_z)
+        x = min(max(at[0] + t * way[0], _ONE), last_x)
+        y = min(max(at[1] + t * way[1], _ONE), last_y)
+        z = min(max(at[2] + t * way[2], _ONE), last_z)
         i = np.int32(min(x, last_x - _ONE))
         j = np.int32(min(y, last_y - _ONE))
         k = np.int32(min(z, last_z - _ONE))

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import math
+from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
+from numpy.typing import NDArray
 
-from intaglio.compute import helper, kernel, pair, quad
+from intaglio.compute import frozen, helper, kernel, pair, quad
 from intaglio.sampling import tricubic
+from intaglio.volume import Volume
 
 # Where gradients come from: the cell's own trilinear field, central differences, the tricubic B-spline.
 CELL, CENTRAL, SPLINE = 0, 1, 2
@@ -15,9 +19,22 @@ CELL, CENTRAL, SPLINE = 0, 1, 2
 # Samples in a packet; a block of 8 voxels holds about that many at half a voxel's step.
 LANES = 32
 
+# What scans are: a kernel is compiled for each of these.
+TYPES = (np.uint8, np.int16, np.uint16, np.float32)
+_floats: WeakKeyDictionary[Volume, NDArray[np.float32]] = WeakKeyDictionary()
+
 _ZERO = np.float32(0.0)
 _ONE = np.float32(1.0)
 _HALF = np.float32(0.5)
+
+
+def flat(volume: Volume) -> NDArray[Any]:
+    """A volume's voxels end to end, of a type that packets are compiled for; others become the float32 they are read as."""
+    if volume.samples.dtype in TYPES:
+        return np.asarray(frozen(volume.samples).reshape(-1))
+    if volume not in _floats:
+        _floats[volume] = volume.samples.astype(np.float32)
+    return np.asarray(frozen(_floats[volume]).reshape(-1))
 
 
 @helper

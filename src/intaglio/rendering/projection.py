@@ -15,7 +15,7 @@ from intaglio.camera import Camera
 from intaglio.compute import Progress, frozen, kernel, lanes, tiles
 from intaglio.rendering.cutting import kept
 from intaglio.rendering.first_hit import next_block, ray_at, span
-from intaglio.rendering.packets import LANES, values
+from intaglio.rendering.packets import LANES, flat, values
 from intaglio.rendering.skipping import min_max_blocks
 from intaglio.selection import Selection, packed_selections
 from intaglio.volume import Volume
@@ -98,14 +98,14 @@ def projection(
     z, y, x = volume.shape
     index_rays = camera.rays() @ volume.index_from_world[:3, :3].T
     index_rays[0] += volume.index_from_world[:3, 3]
-    low, high = min_max_blocks(volume)
+    low, high = (block.astype(np.float32) for block in min_max_blocks(volume))
     w, h = camera.size
     out = np.full((h, w), np.nan, dtype=np.float32)
     grid = np.array([x, x * y, x - 1, y - 1, z - 1], dtype=np.float64)
     tools = packed_selections(selections, volume)
     way = {"mip": 1, "minip": -1, "average": 0}[mode]
     tiles(
-        _project, (h, w), frozen(volume.samples).reshape(-1), grid, volume.shape, frozen(low), frozen(high), *tools, index_rays,
+        _project, (h, w), flat(volume), grid, volume.shape, frozen(low), frozen(high), *tools, index_rays,
         way, float(step), out, progress=progress,
     )  # fmt: skip
     return out

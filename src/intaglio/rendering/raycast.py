@@ -18,7 +18,7 @@ from intaglio.rendering.culling import tile_depths
 from intaglio.rendering.cutting import cut_blocks
 from intaglio.rendering.emission import BOUNDARIES, POST, PRE, PREINTEGRATED, integrate
 from intaglio.rendering.ghost import ghosts
-from intaglio.rendering.packets import CELL, CENTRAL, SPLINE
+from intaglio.rendering.packets import CELL, CENTRAL, SPLINE, flat
 from intaglio.rendering.projection import projection
 from intaglio.rendering.skipping import min_max_blocks
 from intaglio.rendering.translucent import trace_surfaces
@@ -101,7 +101,7 @@ def render(
     out = np.zeros((h, w, 4), dtype=np.float32)
     block_low, block_high = min_max_blocks(volume)
     grid = np.array([x, x * y, x - 1, y - 1, z - 1], dtype=np.float64)
-    field: tuple[Any, ...] = (frozen(volume.samples).reshape(-1), grid, volume.shape)
+    field: tuple[Any, ...] = (flat(volume), grid, volume.shape)
     heads, data = packed_selections(selections, volume)
     rays = (index_rays, world_rays, volume.index_from_world[:3, :3].copy())
     shading = np.array([material.ambient, material.diffuse, material.specular, material.shininess, material.two_sided])

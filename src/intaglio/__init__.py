@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from intaglio.rendering.raycast import render as render
     from intaglio.rendering.shade import shade as shade
     from intaglio.selection import Selection as Selection
+    from intaglio.solid.bricks import sparse_field as sparse_field
     from intaglio.solid.csg import difference as difference, intersection as intersection, union as union
     from intaglio.solid.edt import signed_distance as signed_distance
     from intaglio.solid.medial import medial_axis as medial_axis
@@ -45,6 +46,7 @@ if TYPE_CHECKING:
     from intaglio.solid.penetration import penetration_depth as penetration_depth
     from intaglio.solid.redistance import redistance as redistance
     from intaglio.solid.scan_conversion import voxelize as voxelize
+    from intaglio.solid.sparse import SparseField as SparseField
     from intaglio.solid.surface import surface as surface
     from intaglio.transfer_function import TransferFunction as TransferFunction
     from intaglio.transfer_function_2d import TransferFunction2D as TransferFunction2D
@@ -63,6 +65,7 @@ _PUBLIC = {
     "Material": "lighting",
     "Part": "parts",
     "Selection": "selection",
+    "SparseField": "solid.sparse",
     "TransferFunction": "transfer_function",
     "TransferFunction2D": "transfer_function_2d",
     "TriangleMesh": "mesh",
@@ -91,6 +94,7 @@ _PUBLIC = {
     "shade": "rendering.shade",
     "shell": "solid.offset",
     "signed_distance": "solid.edt",
+    "sparse_field": "solid.bricks",
     "style": "ink.styles",
     "styles": "ink.styles",
     "surface": "solid.surface",

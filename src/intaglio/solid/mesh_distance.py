@@ -7,6 +7,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import Any, Literal, overload
 
 import numpy as np
@@ -32,11 +33,9 @@ Box = tuple[tuple[int, int, int], NDArray[np.int32]]
 
 
 @kernel
-def _fill_leaf(x, y, z, matrix, list_, count, frames, offsets, best, index, band, inside, field, closest):  # type: ignore[no-untyped-def]
-    """Distances of LEAF^3 voxels from their candidates, in coordinates that count from the middle of the leaf."""
+def fill_leaf(x, y, z, cx, cy, cz, list_, count, frames, offsets, best, index, band, inside, field, closest):  # type: ignore[no-untyped-def]
+    """Distances of LEAF^3 voxels from (x, y, z) on from their candidates, in coordinates that count from their middle c."""
     n = LEAF * LEAF * LEAF
-    half = LEAF * 0.5 - 0.5
-    cx, cy, cz = world(matrix, x + half, y + half, z + half)
     for v in range(n):
         best[v] = FAR
         index[v] = -1
@@ -74,7 +73,7 @@ def _fill_leaf(x, y, z, matrix, list_, count, frames, offsets, best, index, band
 
 
 @kernel
-def _pick(list_, count, masks, half, out):  # type: ignore[no-untyped-def]
+def pick(list_, count, masks, half, out):  # type: ignore[no-untyped-def]
     """Copy the triangles that a half has to look at; how many these are."""
     picked = 0
     for m in range(count):
@@ -125,11 +124,13 @@ def _fill_tile(x0, y0, z0, first_list, matrix, frames, offsets, band, slack, ins
         z += (half >> 2) * (side >> 1)
         if x >= nx or y >= ny or z >= nz:
             continue
-        count = _pick(lists[level], counts[level], masks[level], half, lists[level + 1])
+        count = pick(lists[level], counts[level], masks[level], half, lists[level + 1])
         if count == 0:
             continue
         if level == LEVELS - 1:
-            _fill_leaf(x, y, z, matrix, lists[LEVELS], count, frames, offsets, best, index, band, inside, field, closest)
+            half_leaf = LEAF * 0.5 - 0.5
+            cx, cy, cz = world(matrix, x + half_leaf, y + half_leaf, z + half_leaf)
+            fill_leaf(x, y, z, cx, cy, cz, lists[LEVELS], count, frames, offsets, best, index, band, inside, field, closest)
             continue
         level += 1
         counts[level] = count
@@ -162,16 +163,18 @@ def _halves(
         at = x + half * (bit & 1), y + half * (bit >> 1 & 1), z + half * (bit >> 2)
         if at[0] < shape[2] and at[1] < shape[1] and at[2] < shape[0]:
             picked = np.empty(len(candidates), dtype=np.int32)
-            out.append((at, picked[: _pick(candidates, len(candidates), masks, bit, picked)].copy()))
+            out.append((at, picked[: pick(candidates, len(candidates), masks, bit, picked)].copy()))
 
 
-def _tiles(shape: Shape, matrix: NDArray[np.float64], frames: NDArray[np.float64], band: float, slack: float) -> list[Box]:
-    """Every tile of the grid: the whole, halved until it is tiles."""
-    side = TILE
+def boxes_near(
+    shape: Shape, matrix: NDArray[np.float64], frames: NDArray[np.float64], band: float, slack: float, smallest: int
+) -> list[Box]:
+    """Every box of `smallest` voxels' side in the grid: the whole, halved until it is such boxes."""
+    side = smallest
     while side < max(shape):
         side *= 2
     boxes: list[Box] = [((0, 0, 0), np.arange(len(frames), dtype=np.int32))]
-    while side > TILE:
+    while side > smallest:
         halved: list[list[Box]] = [[] for _ in boxes]
 
         each(_halves, [(box, side, shape, matrix, frames, band, slack, out) for box, out in zip(boxes, halved, strict=True)])
@@ -180,7 +183,40 @@ def _tiles(shape: Shape, matrix: NDArray[np.float64], frames: NDArray[np.float64
     return boxes
 
 
-def _band(band: float | str, extent: float) -> float:
+@dataclass(frozen=True)
+class Asked:
+    """A mesh made ready to be asked for distances from a grid's voxels, in coordinates that count from the grid's middle.
+
+    order    of the triangles whose frames these are
+    matrix   (4, 4) from the index of a voxel
+    offsets  (3, LEAF^3) of a leaf's voxels from its middle
+    slack    what rounding may do to a distance, mm
+    """
+
+    order: NDArray[np.int64]
+    frames: NDArray[np.float64]
+    matrix: NDArray[np.float64]
+    offsets: NDArray[np.float32]
+    slack: float
+
+
+def asked(mesh: TriangleMesh, shape: Shape, matrix: NDArray[np.float64]) -> Asked:
+    # In the middle of the grid np.float32 is finest.
+    last = np.array(shape[::-1]) - 1.0
+    middle = matrix[:3, :3] @ (last / 2) + matrix[:3, 3]
+    local = matrix.copy()
+    local[:3, 3] -= middle
+    corners = mesh.vertices[mesh.triangles] - middle
+    order = _space_filling(corners)
+    frames = frozen(frames_of(corners[order]))
+    reach = max(float(np.abs(corners).max()), float((np.abs(local[:3, :3]) @ (last + 1)).max()))
+    step = np.arange(LEAF) - (LEAF - 1) / 2
+    z, y, x = np.meshgrid(step, step, step, indexing="ij")
+    offsets = frozen((local[:3, :3] @ np.stack([x.ravel(), y.ravel(), z.ravel()])).astype(np.float32))
+    return Asked(order, frames, frozen(local), offsets, ROUNDING * reach)
+
+
+def band_width(band: float | str, extent: float) -> float:
     """mm"""
     text = str(band).strip()
     try:
@@ -242,29 +278,16 @@ def distance_field(
     Raises InputError as voxelize does, and for a band that is none. Source: Sigg et al. 2003; Kaehler 2010.
     """
     shape, matrix = grid_around(mesh, resolution, spacing, like)
-    width = _band(band, extent_of(mesh))
+    width = band_width(band, extent_of(mesh))
     inside, notes = occupancy(mesh, shape, matrix)
-    # Coordinates from the middle of the grid, where np.float32 is finest.
-    last = np.array(shape[::-1]) - 1.0
-    middle = matrix[:3, :3] @ (last / 2) + matrix[:3, 3]
-    local = matrix.copy()
-    local[:3, 3] -= middle
-    corners = mesh.vertices[mesh.triangles] - middle
-    order = _space_filling(corners)
-    frames = frozen(frames_of(corners[order]))
-    reach = max(float(np.abs(corners).max()), float((np.abs(local[:3, :3]) @ (last + 1)).max()))
-    step = np.arange(LEAF) - (LEAF - 1) / 2
-    z, y, x = np.meshgrid(step, step, step, indexing="ij")
-    offsets = frozen((local[:3, :3] @ np.stack([x.ravel(), y.ravel(), z.ravel()])).astype(np.float32))
+    mine = asked(mesh, shape, matrix)
     field = np.empty(shape, dtype=np.float32)
     closest = np.empty(shape if return_closest else (0, 0, 0), dtype=np.int32)
-    slack = ROUNDING * reach
-    local = frozen(local)
-    tiles = _tiles(shape, local, frames, width, slack)
-    fixed = (local, frames, offsets, width, slack, inside.view(np.uint8), field, closest)
+    tiles = boxes_near(shape, mine.matrix, mine.frames, width, mine.slack, TILE)
+    fixed = (mine.matrix, mine.frames, mine.offsets, width, mine.slack, inside.view(np.uint8), field, closest)
     each(_fill_tile, [(*place, candidates, *fixed) for place, candidates in tiles], progress=progress)
     distance = Volume(field, matrix, f"distance to {mesh.name}", notes)
     if not return_closest:
         return distance
-    closest[closest >= 0] = order[closest[closest >= 0]]
+    closest[closest >= 0] = mine.order[closest[closest >= 0]]
     return distance, Volume(closest, matrix, f"nearest triangles of {mesh.name}", notes)

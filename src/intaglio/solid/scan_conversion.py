@@ -7,6 +7,8 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,11 +57,11 @@ def _layers(begin, end, fixed, triangles, shift, shape, first, last):  # type: i
 
 
 @kernel
-def _sorted_into(slabs, thick, first, last, start, members):  # type: ignore[no-untyped-def]
+def _sorted_into(slabs, thick, shared, first, last, start, members):  # type: ignore[no-untyped-def]
     """Triangles of each slab of layers, in order: members[start[s] : start[s + 1]]. Counts only where members is empty."""
     for t in range(len(first)):
         if first[t] <= last[t]:
-            for s in range(first[t] // thick, last[t] // thick + 1):
+            for s in range(max(0, first[t] - shared) // thick, min(last[t] // thick, slabs - 1) + 1):
                 if len(members):
                     members[start[s]] = t
                     start[s] += 1
@@ -68,8 +70,8 @@ def _sorted_into(slabs, thick, first, last, start, members):  # type: ignore[no-
 
 
 @kernel
-def _scan(z0, z1, members, fixed, along, triangles, shift, rule, lids, angle, slack, matrix, turned, inside, doubt):  # type: ignore[no-untyped-def]
-    """Fill layers z0..z1 of `inside`: crossings of each row with its triangles, added up along x."""
+def scan(z0, z1, members, fixed, along, triangles, shift, rule, lids, angle, slack, matrix, turned, base, inside, doubt):  # type: ignore[no-untyped-def]
+    """Fill layers z0..z1 of `inside`, which begins at layer `base`: crossings of each row with its triangles, summed along x."""
     _, ny, nx = inside.shape
     rows = (z1 - z0) * ny
     crossing = np.zeros((rows, nx + 1), dtype=np.int32)
@@ -106,7 +108,7 @@ def _scan(z0, z1, members, fixed, along, triangles, shift, rule, lids, angle, sl
     for row in range(rows):
         z, y = z0 + row // ny, row % ny
         total = 0
-        out = inside[z, y]
+        out = inside[z - base, y]
         for i in range(begin[row], min(end[row] + 1, nx)):
             total += crossing[row, i]
             crossing[row, i] = total
@@ -124,7 +126,7 @@ def _scan(z0, z1, members, fixed, along, triangles, shift, rule, lids, angle, sl
                     u, v, w = world(matrix, i, y, z)
                     winding = abs(total - solid_angle(lids, u, v, w))
                 out[i] = winding > 0.5
-                doubt[z] += 0.25 < winding < 0.75
+                doubt[z - base] += 0.25 < winding < 0.75
 
 
 def _fixed(points: NDArray[np.float64], shape: Shape, name: str) -> tuple[NDArray[np.int64], int]:
@@ -136,10 +138,34 @@ def _fixed(points: NDArray[np.float64], shape: Shape, name: str) -> tuple[NDArra
     return np.rint(points[:, 1:] * 2.0**shift).astype(np.int64), shift
 
 
-def occupancy(
-    mesh: TriangleMesh, shape: Shape, world_from_index: NDArray[np.float64], progress: Progress | None = None
-) -> tuple[NDArray[np.bool_], tuple[str, ...]]:
-    """Inside or not of each voxel centre (z, y, x), and what had to be assumed, one sentence each."""
+@dataclass(frozen=True)
+class Slabs:
+    """A mesh and a grid made ready for `scan`: its arguments for each slab of layers, but for where to write to.
+
+    A slab goes `shared` layers into the next, where there is one. One that has nothing to say may be missing.
+    """
+
+    jobs: list[tuple[Any, ...]]
+    name: str
+    notes: tuple[str, ...]
+    fans: int
+    holes: int
+
+    def notes_with(self, doubt: int) -> tuple[str, ...]:
+        """What had to be assumed, one sentence each, given the number of voxels in doubt."""
+        if not self.fans:
+            return self.notes
+        return (
+            *self.notes,
+            f"{self.name}: open, {self.fans} edges round {self.holes} hole{'s' * (self.holes > 1)}; inside is where the "
+            f"generalized winding number exceeds a half, which leaves {doubt} voxels in doubt (0.25 to 0.75)",
+        )
+
+
+def slabs_of(
+    mesh: TriangleMesh, shape: Shape, world_from_index: NDArray[np.float64], thick: int | None = None, shared: int = 0
+) -> Slabs:
+    """The slabs of `thick` + `shared` layers that a grid falls into; without `thick`, of as many as a job had best do."""
     fans, holes = lids_of(mesh)
     rule, notes = WINDING, []
     vertices, triangles = mesh.vertices, mesh.triangles
@@ -155,35 +181,40 @@ def occupancy(
     fixed, triangles = frozen(fixed), frozen(triangles)
     first, last = np.empty(len(triangles), dtype=np.int32), np.empty(len(triangles), dtype=np.int32)
     _layers(0, len(triangles), fixed, triangles, shift, shape, first, last)
-    thick = max(1, min(BLOCK, SLAB // (shape[1] * (shape[2] + 1))))
-    slabs = -(-shape[0] // thick)
+    thick = thick or max(1, min(BLOCK, SLAB // (shape[1] * (shape[2] + 1))))
+    slabs = -(-(shape[0] - shared) // thick)
     start = np.zeros(slabs + 1, dtype=np.int64)
-    _sorted_into(slabs, thick, first, last, start, np.empty(0, dtype=np.int32))
+    _sorted_into(slabs, thick, shared, first, last, start, np.empty(0, dtype=np.int32))
     start = np.cumsum(start)
     members = np.empty(start[-1], dtype=np.int32)
     if len(members):
-        _sorted_into(slabs, thick, first, last, start[:-1].copy(), members)
-    open_ = len(fans) > 0 and rule == WINDING
-    angle, slack = angles_in_blocks(fans if open_ else fans[:0], shape, world_from_index)
-    inside = np.zeros(shape, dtype=np.bool_)
-    doubt = np.zeros(shape[0], dtype=np.int64)
+        _sorted_into(slabs, thick, shared, first, last, start[:-1].copy(), members)
+    if rule == PARITY:
+        fans = fans[:0]
+    angle, slack = angles_in_blocks(fans, shape, world_from_index)
     turned = 1 if np.linalg.det(world_from_index) > 0 else -1
     surface = (fixed, frozen(points[:, 0]), triangles, shift, rule)
-    lids = (fans if open_ else fans[:0], angle, slack, frozen(world_from_index), turned)
+    lids = (fans, angle, slack, frozen(world_from_index), turned)
     jobs = []
     for s in range(slabs):
-        z0, z1, mine = s * thick, min(shape[0], (s + 1) * thick), members[start[s] : start[s + 1]]
-        if len(mine) or slack[z0 // BLOCK].any():
-            jobs.append((z0, z1, mine, *surface, *lids, inside.view(np.uint8), doubt))
-    each(_scan, jobs, progress=progress)
-    if open_:
-        notes.append(
-            f"{mesh.name}: open, {len(fans)} edges round {holes} hole{'s' * (holes > 1)}; inside is where the generalized "
-            f"winding number exceeds a half, which leaves {doubt.sum()} voxels in doubt (0.25 to 0.75)"
-        )
+        z0, z1, mine = s * thick, min(shape[0], (s + 1) * thick + shared), members[start[s] : start[s + 1]]
+        if len(mine) or slack[z0 // BLOCK : (z1 - 1) // BLOCK + 1].any():
+            jobs.append((z0, z1, mine, *surface, *lids))
+    return Slabs(jobs, mesh.name, tuple(notes), len(fans), holes)
+
+
+def occupancy(
+    mesh: TriangleMesh, shape: Shape, world_from_index: NDArray[np.float64], progress: Progress | None = None
+) -> tuple[NDArray[np.bool_], tuple[str, ...]]:
+    """Inside or not of each voxel centre (z, y, x), and what had to be assumed, one sentence each."""
+    slabs = slabs_of(mesh, shape, world_from_index)
+    inside = np.zeros(shape, dtype=np.bool_)
+    doubt = np.zeros(shape[0], dtype=np.int64)
+    each(scan, [(*job, 0, inside.view(np.uint8), doubt) for job in slabs.jobs], progress=progress)
+    notes = slabs.notes_with(int(doubt.sum()))
     if not inside.any():
-        notes.append(f"{mesh.name}: no voxel centre of the grid lies inside")
-    return inside, tuple(notes)
+        notes = (*notes, f"{mesh.name}: no voxel centre of the grid lies inside")
+    return inside, notes
 
 
 def voxelize(

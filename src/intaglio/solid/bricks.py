@@ -13,7 +13,7 @@ from intaglio.errors import InputError
 from intaglio.mesh import TriangleMesh
 from intaglio.solid.field import stages
 from intaglio.solid.grid import extent_of, grid_around
-from intaglio.solid.mesh_distance import LEAF, Asked, asked, band_width, boxes_near, distance_field, fill_leaf, pick
+from intaglio.solid.mesh_distance import LEAF, Asked, Box, asked, band_width, distance_field, fill_leaf, halved, pick
 from intaglio.solid.nearest import CHUNK, KEPT, halve, world
 from intaglio.solid.scan_conversion import scan, slabs_of
 from intaglio.solid.sparse import CELLS, SIDE, SparseField
@@ -97,16 +97,24 @@ def _wanted(mesh: TriangleMesh, corners: Volume, step: float, band: float, progr
     return near
 
 
-def _boxes(mine: Asked, shape: Any, brick: Any, shifted: Any, band: float) -> tuple[Any, Any, Any]:
+def _boxes(mine: Asked, brick: NDArray[np.int32], shifted: Any, band: float) -> tuple[Any, Any, Any]:
     """Boxes of two bricks along each axis that hold any: first brick (n, 3), and their triangles, members[starts[n] :]."""
-    boxes = []
-    cells = tuple(n - 1 for n in shape)
-    for (i, j, k), near in boxes_near(cells, shifted, mine.frames, band, mine.slack, 2 * CELLS):
-        x, y, z = i // CELLS, j // CELLS, k // CELLS
-        if (brick[z : z + 2, y : y + 2, x : x + 2] >= 0).any():
-            boxes.append(((x, y, z), near))
+    z, y, x = (CELLS * n for n in brick.shape)
+    side = 2
+    while side < max(brick.shape):
+        side *= 2
+    boxes: list[Box] = [((0, 0, 0), np.arange(len(mine.frames), dtype=np.int32))]
+    while side > 2:
+        boxes = halved(boxes, CELLS * side, (z, y, x), shifted, mine.frames, band, mine.slack)
+        side //= 2
+        kept = []
+        for place, near in boxes:
+            i, j, k = (n // CELLS for n in place)
+            if brick[k : k + side, j : j + side, i : i + side].max() >= 0:
+                kept.append((place, near))
+        boxes = kept
     starts = np.cumsum([0, *(len(near) for _, near in boxes)])
-    return np.array([place for place, _ in boxes]), starts, np.concatenate([near for _, near in boxes])
+    return np.array([place for place, _ in boxes]) // CELLS, starts, np.concatenate([near for _, near in boxes])
 
 
 def sparse_field(
@@ -121,7 +129,7 @@ def sparse_field(
 
     resolution, spacing  the fine grid, as for distance_field
     band      how far from the surface every voxel is kept: a part of the mesh's longest extent, or mm such as "5mm"; without
-              one, a voxel, so that gradients on the surface are taken from kept ones
+              one, half a voxel, so that gradients on the surface are taken from kept ones
     progress  called with parts of the work done and in all
 
     Kept voxels have the values of distance_field, exact up to the rounding of np.float32. Elsewhere the field interpolates
@@ -132,7 +140,7 @@ def sparse_field(
     """
     shape, matrix = grid_around(mesh, resolution, spacing, None)
     step = float(matrix[0, 0])
-    width = step if band is None else band_width(band, extent_of(mesh))
+    width = step / 2 if band is None else band_width(band, extent_of(mesh))
     if not math.isfinite(width):
         raise InputError('band must be finite in a sparse field; for "full" take distance_field')
     count = np.array([-(-(n - 1) // CELLS) for n in shape])
@@ -161,7 +169,7 @@ def sparse_field(
     shifted.flags.writeable = False
     # Of a brick that is kept, all samples are as near as this.
     reach = width + (2 * RADIUS + 0.1) * step
-    boxes, starts, members = _boxes(mine, whole, brick, shifted, reach)
+    boxes, starts, members = _boxes(mine, brick, shifted, reach)
     strips(
         _fill, len(boxes), boxes, starts, members, brick, shifted, mine.matrix, mine.frames, mine.offsets, reach, mine.slack,
         samples, size=8, progress=filling,

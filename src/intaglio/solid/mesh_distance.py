@@ -166,19 +166,23 @@ def _halves(
             out.append((at, picked[: pick(candidates, len(candidates), masks, bit, picked)].copy()))
 
 
-def boxes_near(
-    shape: Shape, matrix: NDArray[np.float64], frames: NDArray[np.float64], band: float, slack: float, smallest: int
+def halved(
+    boxes: list[Box], side: int, shape: Shape, matrix: Any, frames: NDArray[np.float64], band: float, slack: float
 ) -> list[Box]:
-    """Every box of `smallest` voxels' side in the grid: the whole, halved until it is such boxes."""
-    side = smallest
+    """The halves of boxes that are in the grid."""
+    halves: list[list[Box]] = [[] for _ in boxes]
+    each(_halves, [(box, side, shape, matrix, frames, band, slack, out) for box, out in zip(boxes, halves, strict=True)])
+    return [box for out in halves for box in out]
+
+
+def _tiles(shape: Shape, matrix: NDArray[np.float64], frames: NDArray[np.float64], band: float, slack: float) -> list[Box]:
+    """Every tile of the grid: the whole, halved until it is tiles."""
+    side = TILE
     while side < max(shape):
         side *= 2
     boxes: list[Box] = [((0, 0, 0), np.arange(len(frames), dtype=np.int32))]
-    while side > smallest:
-        halved: list[list[Box]] = [[] for _ in boxes]
-
-        each(_halves, [(box, side, shape, matrix, frames, band, slack, out) for box, out in zip(boxes, halved, strict=True)])
-        boxes = [box for out in halved for box in out]
+    while side > TILE:
+        boxes = halved(boxes, side, shape, matrix, frames, band, slack)
         side //= 2
     return boxes
 
@@ -283,7 +287,7 @@ def distance_field(
     mine = asked(mesh, shape, matrix)
     field = np.empty(shape, dtype=np.float32)
     closest = np.empty(shape if return_closest else (0, 0, 0), dtype=np.int32)
-    tiles = boxes_near(shape, mine.matrix, mine.frames, width, mine.slack, TILE)
+    tiles = _tiles(shape, mine.matrix, mine.frames, width, mine.slack)
     fixed = (mine.matrix, mine.frames, mine.offsets, width, mine.slack, inside.view(np.uint8), field, closest)
     each(_fill_tile, [(*place, candidates, *fixed) for place, candidates in tiles], progress=progress)
     distance = Volume(field, matrix, f"distance to {mesh.name}", notes)

@@ -39,7 +39,7 @@ def _march(begin, end, places, samples, size, number, corners, starts, edges, cu
                 for i in range(side):
                     for axis in range(3):
                         u, v, w = i + step[axis, 0], j + step[axis, 1], k + step[axis, 2]
-                        if u == side or v == side or w == side or (field[k, j, i] < 0) == (field[w, v, u] < 0):
+                        if max(u, v, w) == side or (field[k, j, i] < 0) == (field[w, v, u] < 0):
                             continue
                         if write:
                             x, y, z = cells * places[n, 2] + i, cells * places[n, 1] + j, cells * places[n, 0] + k
@@ -51,7 +51,7 @@ def _march(begin, end, places, samples, size, number, corners, starts, edges, cu
         for k in range(cells):
             for j in range(cells):
                 for i in range(cells):
-                    case = 0
+                    case = np.int64(0)
                     for c in range(8):
                         case |= np.int64(field[k + (c >> 1 & 1), j + (c & 1), i + (c >> 2)] < 0) << c
                     if write:

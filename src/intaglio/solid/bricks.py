@@ -144,7 +144,8 @@ def sparse_field(
     if not math.isfinite(width):
         raise InputError('band must be finite in a sparse field; for "full" take distance_field')
     count = np.array([-(-(n - 1) // CELLS) for n in shape])
-    whole = tuple(int(n) for n in CELLS * count + 1)
+    z, y, x = (int(n) for n in CELLS * count + 1)
+    whole = z, y, x
     asking, finding, marking, filling = stages(progress, 4)
     corners = Volume(np.broadcast_to(np.False_, tuple(count + 1)), matrix @ np.diag([CELLS, CELLS, CELLS, 1.0]))
     coarse = distance_field(mesh, like=corners, band="full", progress=asking).array
@@ -162,6 +163,8 @@ def sparse_field(
         layer = slab[0] // CELLS
         jobs.append((slab, first[layer], first[layer + 1], places, samples, whole, doubt[layer]))
     each(_mark_layer, jobs, progress=marking)
+    some = bool(samples.any() or (coarse < 0).any())
+    notes = slabs.notes_with(some, int(doubt[:, :CELLS].sum()))
 
     mine = asked(mesh, whole, matrix)
     shifted = mine.matrix.copy()
@@ -174,5 +177,4 @@ def sparse_field(
         _fill, len(boxes), boxes, starts, members, brick, shifted, mine.matrix, mine.frames, mine.offsets, reach, mine.slack,
         samples, size=8, progress=filling,
     )  # fmt: skip
-    notes = slabs.notes_with(int(doubt[:, :CELLS].sum()))
     return SparseField(brick, samples, coarse, shape, matrix, f"distance to {mesh.name}", notes)

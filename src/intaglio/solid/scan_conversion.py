@@ -151,15 +151,17 @@ class Slabs:
     fans: int
     holes: int
 
-    def notes_with(self, doubt: int) -> tuple[str, ...]:
-        """What had to be assumed, one sentence each, given the number of voxels in doubt."""
-        if not self.fans:
-            return self.notes
-        return (
-            *self.notes,
-            f"{self.name}: open, {self.fans} edges round {self.holes} hole{'s' * (self.holes > 1)}; inside is where the "
-            f"generalized winding number exceeds a half, which leaves {doubt} voxels in doubt (0.25 to 0.75)",
-        )
+    def notes_with(self, some: bool, doubt: int) -> tuple[str, ...]:
+        """What had to be assumed, one sentence each, given whether some voxel is inside and how many are in doubt."""
+        notes = list(self.notes)
+        if self.fans:
+            notes.append(
+                f"{self.name}: open, {self.fans} edges round {self.holes} hole{'s' * (self.holes > 1)}; inside is where the "
+                f"generalized winding number exceeds a half, which leaves {doubt} voxels in doubt (0.25 to 0.75)"
+            )
+        if not some:
+            notes.append(f"{self.name}: no voxel centre of the grid lies inside")
+        return tuple(notes)
 
 
 def slabs_of(
@@ -211,10 +213,7 @@ def occupancy(
     inside = np.zeros(shape, dtype=np.bool_)
     doubt = np.zeros(shape[0], dtype=np.int64)
     each(scan, [(*job, 0, inside.view(np.uint8), doubt) for job in slabs.jobs], progress=progress)
-    notes = slabs.notes_with(int(doubt.sum()))
-    if not inside.any():
-        notes = (*notes, f"{mesh.name}: no voxel centre of the grid lies inside")
-    return inside, notes
+    return inside, slabs.notes_with(bool(inside.any()), int(doubt.sum()))
 
 
 def voxelize(

@@ -85,7 +85,7 @@ class SparseField:
     """Signed distances in mm, negative inside, on a fine grid of which only bricks about the surface are there.
 
     brick             (z, y, x) int32, the number of the brick that holds 7 x 7 x 7 cells of the fine grid, or -1
-    samples           (n, 8, 8, 8) float32, the distances in each brick; its outermost are those of its neighbours too
+    samples           (n, 8, 8, 8) float32, the distances in each brick; its last are the first of the next, whose they are
     coarse            (z + 1, y + 1, x + 1) float32, the distances at the corners of all bricks, there or not
     shape             voxels of the fine grid along (z, y, x)
     world_from_index  4x4 float64; takes the index (x, y, z) of a voxel of the fine grid to RAS+ mm
@@ -154,7 +154,9 @@ class SparseField:
             if high is not None:
                 last = np.minimum(last, np.floor(self._index(_point(high, "high")[None])[0] + 1e-6))
             if (last - first < 1).any():
-                raise InputError(f"{self.name}: the box from {low} to {high} must hold two voxels of the grid along each axis")
+                raise InputError(
+                    f"{self.name}: the box from {low!r} to {high!r} must hold two voxels of the grid along each axis"
+                )
             x, y, z = (int(n) for n in last - first + 1)
             shape, matrix = (z, y, x), np.eye(4)
             matrix[:3, 3] = first

@@ -5,19 +5,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+from numpy.typing import NDArray
 
-from intaglio.compute import Progress, kernel, strips
+from intaglio.compute import Progress, frozen, kernel, strips
 from intaglio.errors import InputError
-from intaglio.mesh import TriangleMesh
 from intaglio.solid.cubes import cube_triangles
 from intaglio.solid.field import stages
 from intaglio.solid.surface import KEEP
-
-if TYPE_CHECKING:
-    from intaglio.solid.sparse import SparseField
 
 
 @kernel
@@ -71,26 +66,26 @@ def _march(begin, end, places, samples, size, number, corners, starts, edges, cu
             starts[n + 1, 1] = triangle
 
 
-def brick_surface(field: SparseField, progress: Progress | None = None) -> TriangleMesh:
+def brick_surface(
+    brick: NDArray[np.int32], samples: NDArray[np.float32], name: str, progress: Progress | None = None
+) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
+    """Vertices (n, 3), in voxels of the fine grid, and triangles (m, 3) of the surface in the bricks of a SparseField."""
     number, corners = cube_triangles()
     counting, building = stages(progress, 2)
-    places = np.argwhere(field.brick >= 0)
-    size = field.samples.shape[1] * np.array(field.brick.shape[::-1])
+    places = np.argwhere(brick >= 0)
+    size = samples.shape[1] * np.array(brick.shape[::-1])
     starts = np.zeros((len(places) + 1, 2), dtype=np.int64)
     edges, cuts, triangles = np.empty(0, np.int64), np.empty(0, np.float32), np.empty((0, 3), np.int32)
-    fixed = (places, field.samples, size, number, corners, starts)
+    fixed = (places, frozen(samples), size, number, corners, starts)
     strips(_march, len(places), *fixed, edges, cuts, triangles, size=256, progress=counting)
     np.cumsum(starts, axis=0, out=starts)
     if starts[-1, 1] == 0:
-        raise InputError(f"{field.name}: no voxel lies inside, so it has no surface; take a finer grid")
+        raise InputError(f"{name}: no voxel lies inside, so it has no surface; take a finer grid")
     edges, cuts = np.empty(starts[-1, 0], np.int64), np.empty(starts[-1, 0], np.float32)
     triangles = np.empty((starts[-1, 1], 3), np.int32)
     strips(_march, len(places), *fixed, edges, cuts, triangles, size=256, progress=building)
     edges, kept, one = np.unique(edges, return_index=True, return_inverse=True)
     voxel, axis = np.divmod(edges, 3)
-    index = np.stack([voxel % size[0], voxel // size[0] % size[1], voxel // (size[0] * size[1])], axis=1).astype(np.float64)
-    index[np.arange(len(index)), axis] += cuts[kept]
-    vertices = index @ field.world_from_index[:3, :3].T + field.world_from_index[:3, 3]
-    normals = field.gradient(vertices)
-    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), np.float32(1e-20))
-    return TriangleMesh(vertices, one[triangles].astype(np.int32), field.name, normals=normals)
+    vertices = np.stack([voxel % size[0], voxel // size[0] % size[1], voxel // (size[0] * size[1])], axis=1).astype(np.float64)
+    vertices[np.arange(len(vertices)), axis] += cuts[kept]
+    return vertices, one.astype(np.int32)[triangles]

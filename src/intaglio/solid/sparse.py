@@ -16,6 +16,7 @@ from intaglio.compute import Progress, frozen, kernel, strips
 from intaglio.errors import InputError
 from intaglio.mesh import TriangleMesh
 from intaglio.sampling import trilinear
+from intaglio.solid.brick_surface import brick_surface
 from intaglio.solid.field import beyond
 from intaglio.volume import Volume
 
@@ -170,9 +171,11 @@ class SparseField:
 
         That of `ig.surface` on the whole grid. Raises InputError where no voxel lies inside.
         """
-        from intaglio.solid.brick_surface import brick_surface
-
-        return brick_surface(self, progress)
+        index, triangles = brick_surface(self.brick, self.samples, self.name, progress)
+        vertices = index @ self.world_from_index[:3, :3].T + self.world_from_index[:3, 3]
+        normals = self.gradient(vertices)
+        normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), np.float32(1e-20))
+        return TriangleMesh(vertices, triangles, self.name, normals=normals)
 
     @property
     def _arrays(self) -> tuple[Any, ...]:

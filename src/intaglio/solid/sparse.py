@@ -167,9 +167,10 @@ class SparseField:
         return Volume(out, world, self.name, self.notes)
 
     def surface(self, *, progress: Progress | None = None) -> TriangleMesh:
-        """The body's surface as a mesh, brick by brick: closed, oriented and manifold if that of which the field is was closed.
+        """The body's surface as a mesh, brick by brick, as `ig.surface` takes it from the whole grid.
 
-        That of `ig.surface` on the whole grid. Raises InputError where no voxel lies inside.
+        Oriented and, if the mesh behind the field was closed, closed and manifold; that of an open one ends where the field
+        changes its sign without bricks. Raises InputError where no voxel of a brick lies inside.
         """
         index, triangles = brick_surface(self.brick, self.samples, self.name, progress)
         vertices = index @ self.world_from_index[:3, :3].T + self.world_from_index[:3, 3]

@@ -91,10 +91,11 @@ class SparseField:
     shape             voxels of the fine grid along (z, y, x)
     world_from_index  4x4 float64; takes the index (x, y, z) of a voxel of the fine grid to RAS+ mm
 
-    In a brick the field is trilinear between voxels, elsewhere between corners of bricks, and so continuous among bricks (but
-    for the rounding of np.float32) and among the places without. From the one to the other it may jump by the error of the
-    latter. That is below 0.87 of a brick's side, 6.1 voxels, and the sign is right; where the surface is smooth and far away it
-    is a small part of a voxel. Outside of the grid the field is a lower bound of the distance.
+    In a brick the field is trilinear between voxels, elsewhere between corners of bricks: continuous among bricks, but for the
+    rounding of np.float32, and among places without one. From the one to the other it jumps by the error of the latter. This is
+    below 0.87 of a brick's side, 6.1 voxels, mostly a tenth of a voxel, and largest in folds of the surface; for a closed mesh
+    the sign is right. Gradients across such a seam are off by as much. Outside of the grid the field is, but for that error, a
+    lower bound of the distance.
     """
 
     brick: NDArray[np.int32]

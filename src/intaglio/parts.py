@@ -21,7 +21,7 @@ from intaglio.rendering.isovalue import body_surface
 from intaglio.rendering.skipping import SURFACE, Inside, surface_blocks, surface_corners
 from intaglio.selection import Selection
 from intaglio.transfer_function import OpacityPeak, TransferFunction
-from intaglio.volume import Volume
+from intaglio.volume import Volume, check_volume
 
 # Pieces smaller than this part of the largest one are dust, cables or a corner of the table.
 ISLANDS = 0.01
@@ -60,6 +60,7 @@ class Part:
     islands: float | None = None
 
     def __post_init__(self) -> None:
+        check_volume(self.volume)
         if not 0 < self.opacity <= 1:
             raise InputError(f"opacity of a part must be above 0, up to 1, not {self.opacity!r}; leave out what is not seen")
         if self.iso is not None and self.label is not None:

@@ -99,6 +99,13 @@ class Volume:
         return (index @ self.world_from_index.T)[:, :3]
 
 
+def check_volume(volume: object) -> None:
+    """InputError for what is not a Volume, at the doors of functions that want one."""
+    if not isinstance(volume, Volume):
+        what = "a mesh: voxelize or distance_field makes a volume of it" if hasattr(volume, "triangles") else repr(volume)[:60]
+        raise InputError(f"volume must be a Volume, such as read_volume gives, not {what}")
+
+
 def _is_placement(matrix: NDArray[np.float64]) -> bool:
     """4x4, affine, and its axes, made unit, span space: voxels of a nanometre are as good as voxels of a metre."""
     if matrix.shape != (4, 4) or not np.isfinite(matrix).all() or matrix[3].tolist() != [0.0, 0.0, 0.0, 1.0]:

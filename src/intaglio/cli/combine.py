@@ -9,6 +9,7 @@ from typer import Argument, BadParameter, Option
 
 from intaglio.cli.console import Steps, out, running, say
 from intaglio.cli.options import number, read
+from intaglio.errors import InputError
 
 if TYPE_CHECKING:
     from intaglio.volume import Volume
@@ -42,13 +43,17 @@ def combine(
     if combined is None:
         raise BadParameter(f"must be one of {HOW}, not {how!r}", param_hint="'HOW'")
     check_volume_output(output)
+    if any(path.exists() and output.exists() and path.samefile(output) for path in solids):
+        raise InputError(f"output must be a file of its own, not {output.name!r}, which is one of the solids")
     with running() as steps:
         fields: list[Volume] = []
         for path in solids:
             fields.append(_field(steps, path, fields[0] if fields else None))
         with steps.step("combining") as progress:
             result = combined(*fields, smooth=smooth, progress=progress)
-        if exact:
+        if result.range[0] >= 0:
+            say("note: nothing is left; the solid is empty")
+        if exact and result.range[0] < 0:
             with steps.step("redistancing") as progress:
                 result = redistance(result, progress=progress)
         with steps.step("writing"):
@@ -71,6 +76,11 @@ def _field(steps: Steps, path: Path, first: Volume | None) -> Volume:
             return distance_field(mesh, band="full", progress=progress, **size)
     volume = read(steps, path, None, None, None, None, None)
     if volume.array.dtype.kind == "f":
+        if volume.range[0] >= 0:
+            raise InputError(
+                f"{path.name}: a solid of floats must be a signed distance, negative inside, not {volume.range[0]:g} to "
+                f"{volume.range[1]:g}; `intaglio surface {path.name} --iso VALUE -o solid.stl` makes a solid of a scan"
+            )
         return volume
     say(f"note: {path.name}: holds {volume.array.dtype}; taking all voxels that are not 0 as the solid")
     with steps.step("measuring") as progress:

@@ -9,8 +9,8 @@ from contextlib import contextmanager
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-said = Console(stderr=True, highlight=False)
-out = Console(highlight=False, soft_wrap=True)
+said = Console(stderr=True, highlight=False, emoji=False)
+out = Console(highlight=False, emoji=False, soft_wrap=True)
 
 
 def say(text: str, style: str | None = None) -> None:

@@ -29,10 +29,14 @@ def check_cuts(cuts: list[str] | None) -> None:
             _plane(text)
         elif text.startswith("mesh:"):
             file = Path(text.removeprefix("mesh:"))
-            if not file.exists() or file.suffix.lower() not in KINDS:
+            if not file.exists():
+                raise InputError(f"--cut {text}: no such file")
+            if file.suffix.lower() not in KINDS:
                 raise InputError(f"--cut mesh: must name a mesh file, one of {' '.join(KINDS)}, not {str(file)!r}")
+        elif Path(text).suffix.lower() in KINDS:
+            raise InputError(f"--cut must be mesh:{text} to cut with a mesh, not {text!r}")
         elif not Path(text).exists():
-            raise InputError(f"--cut must be {FORMS}, not {text!r}")
+            raise InputError(f"--cut must be {FORMS}, not {text!r}, which is no file")
 
 
 def selections_of(cuts: list[str] | None, volume: Any) -> list[Any]:

@@ -47,7 +47,11 @@ def read_mesh_and_grid(
     with steps.step("reading") as progress:
         model = read_mesh(mesh, progress=progress)
         grid = (
-            {"like": read_volume(like)} if like else {"spacing": spacing} if spacing else {"resolution": resolution or RESOLUTION}
+            {"like": read_volume(like)}
+            if like
+            else {"spacing": spacing}
+            if spacing is not None
+            else {"resolution": resolution or RESOLUTION}
         )
     for text in model.notes:
         say(f"note: {text}")

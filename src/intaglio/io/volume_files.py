@@ -12,7 +12,7 @@ import numpy as np
 from intaglio.errors import InputError
 from intaglio.io.geometry import ras_from_lps
 from intaglio.io.plates import check_output
-from intaglio.volume import Volume
+from intaglio.volume import Volume, check_volume
 
 if TYPE_CHECKING:
     from intaglio.compute import Progress
@@ -36,6 +36,7 @@ def write_volume(volume: Volume, path: str | os.PathLike[str], progress: Progres
     progress is called with 0 or 1 done, of 1. Raises InputError where the file cannot be written, and for a sheared grid,
     which these formats do not know.
     """
+    check_volume(volume)
     import SimpleITK as sitk
 
     target = check_volume_output(path)

@@ -20,7 +20,7 @@ from intaglio.rendering.first_hit import first_hit, ray_at
 from intaglio.rendering.skipping import Inside, surface_blocks
 from intaglio.sampling import tricubic
 from intaglio.selection import Selection, packed_selections
-from intaglio.volume import Volume
+from intaglio.volume import Volume, check_volume
 
 # A jump of depth by less than this many voxels is not a contour.
 MIN_JUMP = 1.5
@@ -220,6 +220,7 @@ def isosurface(
     the body, its face is drawn. Where depth jumps between pixels, the place is found to 1/64 pixel.
     Raises InputError if iso is outside the volume's values, or the camera inside the volume.
     """
+    check_volume(volume)
     low, high = volume.range
     if not (math.isfinite(low) and math.isfinite(high)):
         raise InputError(f"{volume.name}: voxels are NaN or infinite; replace them with fill=VALUE when reading")

@@ -25,7 +25,7 @@ from intaglio.rendering.translucent import trace_surfaces
 from intaglio.selection import Selection, packed_selections
 from intaglio.transfer_function import TransferFunction
 from intaglio.transfer_function_2d import TransferFunction2D
-from intaglio.volume import Volume
+from intaglio.volume import Volume, check_volume
 
 Classify = Literal["pre", "post", "preintegrated"]
 Mode = Literal["emission-absorption", "mip", "minip", "average", "isosurface"]
@@ -85,6 +85,7 @@ def render(
     background  straight RGBA behind the volume
     Blocks in which nothing is visible are skipped; rays end when opaque. InputError for what cannot be rendered.
     """
+    check_volume(volume)
     low, high = _checked(volume, transfer_function, mode, classify, surfaces, step, fade, background)
     _check_sampling(transfer_function, mode, classify, interpolation, gradient, reach, ghost)
     material = material or Material()

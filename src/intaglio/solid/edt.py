@@ -12,7 +12,7 @@ import numpy as np
 from intaglio.compute import Progress, frozen, helper, kernel, strips
 from intaglio.errors import InputError
 from intaglio.solid.field import grid_spacing, stages
-from intaglio.volume import Volume
+from intaglio.volume import Volume, check_volume
 
 # Columns copied together: two cache lines.
 WIDTH = 32
@@ -120,6 +120,7 @@ def signed_distance(volume: Volume, label: int | None = None, *, progress: Progr
     the grid's own border is none. Any spacing; exact to float32's rounding. Memory: the result alone.
     Raises InputError if the body is empty or fills the grid, voxels are floats, or the grid's axes are not perpendicular.
     """
+    check_volume(volume)
     if volume.array.dtype.kind == "f":
         raise InputError(
             f"{volume.name}: must be a mask or labels, not {volume.array.dtype}; for the surface of a scan use redistance"

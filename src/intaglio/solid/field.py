@@ -10,11 +10,12 @@ from numpy.typing import NDArray
 
 from intaglio.compute import Progress, helper
 from intaglio.errors import InputError
-from intaglio.volume import Volume
+from intaglio.volume import Volume, check_volume
 
 
 def check_field(field: Volume, what: str = "a field") -> Volume:
     """The volume, if it holds signed floats. InputError otherwise."""
+    check_volume(field)
     low, high = field.range
     if field.array.dtype.kind != "f":
         raise InputError(

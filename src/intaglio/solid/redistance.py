@@ -13,7 +13,7 @@ from intaglio.compute import LANES, Progress, frozen, kernel, lanes, strips, thr
 from intaglio.errors import InputError
 from intaglio.solid.closest import bend, closest_point, nearest_crossing, to_paraboloid
 from intaglio.solid.field import Side, check_level, grid_spacing, stages
-from intaglio.volume import Volume
+from intaglio.volume import Volume, check_volume
 
 # Voxels from the surface up to which the closest point is found on the field itself.
 REFINED = 2.0
@@ -193,6 +193,7 @@ def redistance(
     are those of the voxels. Memory: 12 bytes a voxel.
     Raises InputError if iso is outside the volume's values, or the grid's axes are not perpendicular.
     """
+    check_volume(volume)
     if volume.array.dtype.kind == "b":
         raise InputError(f"{volume.name}: is a mask, which has no smooth surface; use signed_distance")
     level, sign = check_level(volume, iso, inside)

@@ -16,7 +16,7 @@ from intaglio.mesh import TriangleMesh
 from intaglio.sampling import trilinear
 from intaglio.solid.cubes import cube_triangles
 from intaglio.solid.field import Side, check_level, stages
-from intaglio.volume import Volume
+from intaglio.volume import Volume, check_volume
 
 # A vertex stays this part of a voxel's distance away from the voxels at its edge's ends, so that no triangle is without area.
 KEEP = np.float32(1e-3)
@@ -233,6 +233,7 @@ def surface(
     the field, linear along the edges of the grid, takes the value, at least a thousandth of a voxel away from its voxels.
     Marching cubes; where a face is ambiguous, the body is parted. InputError if iso is outside the volume's values.
     """
+    check_volume(volume)
     level, side = check_level(volume, iso, inside)
     sign, pad = np.float32(side), int(cap)
     voxels = frozen(volume.samples.astype(np.float32, copy=False))

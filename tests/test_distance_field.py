@@ -164,9 +164,17 @@ def test_bad_meshes_come_with_a_caveat(shared, name):
 def test_a_band_agrees_with_the_full_field(shared):
     mesh = ig.read_mesh(shared("meshes/skull_15k.stl"))
     full = ig.distance_field(mesh, resolution=70, band="full")
-    for band, width in ((0.02, 0.02 * extent(mesh)), (f"{0.2}mm", 0.2)):
+    # Triangle by triangle where the band is narrow, by halving where it is wide.
+    for band, width in ((0.02, 0.02 * extent(mesh)), (0.3, 0.3 * extent(mesh)), (f"{0.2}mm", 0.2)):
         field = ig.distance_field(mesh, resolution=70, band=band)
         assert np.allclose(field.array, np.clip(full.array, -width, width), atol=2e-7 * extent(mesh))
+
+
+def test_what_lies_far_outside_the_grid_does_not_matter():
+    mesh = together(sphere(10), sphere(2, (1e12, 0, 0)))
+    grid = ig.Volume.from_array(np.zeros((40, 40, 40), dtype=bool), 0.6, (-11.7,) * 3)
+    alone = ig.distance_field(sphere(10), like=grid, band="1mm")
+    assert np.allclose(ig.distance_field(mesh, like=grid, band="1mm").array, alone.array, atol=1e-5)
 
 
 def test_threads_do_not_matter(shared, monkeypatch):

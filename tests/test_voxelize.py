@@ -10,7 +10,11 @@ from hypothesis import given, settings, strategies as st
 from oracle import mesh_distance, winding_number
 
 import intaglio as ig
+from intaglio.compute import frozen
 from intaglio.errors import InputError
+from intaglio.solid.lids import BLOCK, angles_in_layers, lids_of, solid_angle
+from intaglio.solid.point_triangle import frames_of
+from intaglio.solid.scan_conversion import CLOSE
 
 MESHES = [
     "armadillo.obj", "bunny.obj", "bunny_watertight.obj", "fandisk.obj", "femur.off", "hand.off", "liver.obj", "pelvis.obj",
@@ -174,6 +178,24 @@ def test_every_mesh_has_its_volume(shared, name):
     assert bool(voxels.notes) == open_
     # Of open meshes the sum over triangles is only nearly the volume.
     assert litres(voxels) == pytest.approx(exact, rel=0.2 if open_ else 0.01)
+
+
+@pytest.mark.parametrize("name", ["many_small_holes.ply", "soup.stl"])
+def test_lids_far_away_are_summed_up(shared, name):
+    """Polynomials differ from the sum over all lids by less than what scan conversion asks it again for."""
+    mesh = ig.read_mesh(shared(f"meshes/bad/{name}"))
+    grid = ig.voxelize(mesh, resolution=90)
+    nz, ny, nx = grid.shape
+    lids, _ = lids_of(mesh)
+    angle = np.empty((BLOCK, ny, nx), dtype=np.float32)
+    worst = 0.0
+    for z0 in range(0, nz - BLOCK, 3 * BLOCK):
+        angles_in_layers(z0, lids, frames_of(lids), frozen(grid.world_from_index), angle)
+        for k, j, i in np.random.default_rng(z0).integers(0, (BLOCK, ny, nx), (3000, 3)):
+            point = grid.world_from_index[:3] @ (i, j, z0 + k, 1)
+            exact = solid_angle(lids, np.arange(len(lids), dtype=np.int32), len(lids), *point)
+            worst = max(worst, abs(exact - angle[k, j, i]))
+    assert worst < CLOSE / 2
 
 
 @pytest.mark.parametrize("name", BAD)

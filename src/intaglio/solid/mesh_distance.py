@@ -17,6 +17,7 @@ from intaglio.compute import Progress, each, frozen, kernel
 from intaglio.errors import InputError
 from intaglio.mesh import TriangleMesh
 from intaglio.solid.grid import Shape, extent_of, grid_around
+from intaglio.solid.narrow_band import boxes_of, fill_band, is_narrow
 from intaglio.solid.nearest import CHUNK, FAR, KEPT, halve, world
 from intaglio.solid.point_triangle import frames_of, squared_distance
 from intaglio.solid.scan_conversion import occupancy
@@ -204,20 +205,25 @@ class Asked:
     slack: float
 
 
-def asked(mesh: TriangleMesh, shape: Shape, matrix: NDArray[np.float64]) -> Asked:
-    # In the middle of the grid np.float32 is finest.
+def centred(mesh: TriangleMesh, shape: Shape, matrix: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
+    """The grid's matrix in coordinates that count from its middle, where np.float32 is finest, and the slack."""
     last = np.array(shape[::-1]) - 1.0
-    middle = matrix[:3, :3] @ (last / 2) + matrix[:3, 3]
     local = matrix.copy()
-    local[:3, 3] -= middle
-    corners = mesh.vertices[mesh.triangles] - middle
+    local[:3, 3] = -matrix[:3, :3] @ (last / 2)
+    vertices = mesh.vertices + (local - matrix)[:3, 3]
+    reach = max(float(np.abs(vertices).max()), float((np.abs(local[:3, :3]) @ (last + 1)).max()))
+    return local, ROUNDING * reach
+
+
+def asked(mesh: TriangleMesh, shape: Shape, matrix: NDArray[np.float64]) -> Asked:
+    local, slack = centred(mesh, shape, matrix)
+    corners = mesh.vertices[mesh.triangles] + (local - matrix)[:3, 3]
     order = _space_filling(corners)
     frames = frozen(frames_of(corners[order]))
-    reach = max(float(np.abs(corners).max()), float((np.abs(local[:3, :3]) @ (last + 1)).max()))
     step = np.arange(LEAF) - (LEAF - 1) / 2
     z, y, x = np.meshgrid(step, step, step, indexing="ij")
     offsets = frozen((local[:3, :3] @ np.stack([x.ravel(), y.ravel(), z.ravel()])).astype(np.float32))
-    return Asked(order, frames, frozen(local), offsets, ROUNDING * reach)
+    return Asked(order, frames, frozen(local), offsets, slack)
 
 
 def band_width(band: float | str, extent: float) -> float:
@@ -284,14 +290,20 @@ def distance_field(
     shape, matrix = grid_around(mesh, resolution, spacing, like)
     width = band_width(band, extent_of(mesh))
     inside, notes = occupancy(mesh, shape, matrix)
-    mine = asked(mesh, shape, matrix)
+    local, slack = centred(mesh, shape, matrix)
     field = np.empty(shape, dtype=np.float32)
     closest = np.empty(shape if return_closest else (0, 0, 0), dtype=np.int32)
-    tiles = _tiles(shape, mine.matrix, mine.frames, width, mine.slack)
-    fixed = (mine.matrix, mine.frames, mine.offsets, width, mine.slack, inside.view(np.uint8), field, closest)
-    each(_fill_tile, [(*place, candidates, *fixed) for place, candidates in tiles], progress=progress)
+    vertices = mesh.vertices + (local - matrix)[:3, 3]
+    boxes = boxes_of(vertices, mesh.triangles, local, width, shape)
+    if math.isfinite(width) and is_narrow(boxes):
+        fill_band(vertices, mesh.triangles, boxes, local, width, slack, inside, field, closest, progress)
+    else:
+        mine = asked(mesh, shape, matrix)
+        tiles = _tiles(shape, mine.matrix, mine.frames, width, mine.slack)
+        fixed = (mine.matrix, mine.frames, mine.offsets, width, mine.slack, inside.view(np.uint8), field, closest)
+        each(_fill_tile, [(*place, candidates, *fixed) for place, candidates in tiles], progress=progress)
+        closest[closest >= 0] = mine.order[closest[closest >= 0]]
     distance = Volume(field, matrix, f"distance to {mesh.name}", notes)
     if not return_closest:
         return distance
-    closest[closest >= 0] = mine.order[closest[closest >= 0]]
     return distance, Volume(closest, matrix, f"nearest triangles of {mesh.name}", notes)

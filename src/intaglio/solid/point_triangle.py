@@ -5,10 +5,12 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
-from intaglio.compute import helper
+from intaglio.compute import frozen, helper, kernel, strips
 
 # A frame: the axes r, s, t (9); what to add to a point's products with them (3); where the base ends to the left and right
 # of the height (2); per side, the unit vector from the base's end to the apex, for a side that lies to the right, and the
@@ -17,35 +19,67 @@ FRAME = 20
 ZERO = np.float32(0.0)
 
 
-def frames_of(corners: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(n, FRAME) float64 frames of triangles (n, 3, 3); those without area become segments or points."""
-    sides = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
-    turn = (sides.argmax(axis=1)[:, None] + np.arange(3)) % 3
-    p, q, apex = np.moveaxis(np.take_along_axis(corners, turn[..., None], axis=1), 1, 0)
-    base = sides.max(axis=1)
-    r = _unit(q - p, np.array([1.0, 0.0, 0.0]))
-    right = np.einsum("ij,ij->i", apex - p, r)
-    foot = p + right[:, None] * r
+@helper
+def _unit(x, y, z, ex, ey, ez):  # type: ignore[no-untyped-def]
+    """A vector of length one, or another instead of one without length."""
+    length = math.sqrt(x * x + y * y + z * z)
+    return (x / length, y / length, z / length) if length > 0 else (ex, ey, ez)
+
+
+@helper
+def frame_of(ax, ay, az, bx, by, bz, cx, cy, cz, f):  # type: ignore[no-untyped-def]
+    """f = the frame of the triangle a, b, c; one without area becomes a segment or a point. All float64."""
+    ab = (bx - ax) ** 2 + (by - ay) ** 2 + (bz - az) ** 2
+    bc = (cx - bx) ** 2 + (cy - by) ** 2 + (cz - bz) ** 2
+    ca = (ax - cx) ** 2 + (ay - cy) ** 2 + (az - cz) ** 2
+    # Turned, until a -> b is the longest side.
+    if bc > ab and bc >= ca:
+        ax, ay, az, bx, by, bz, cx, cy, cz = bx, by, bz, cx, cy, cz, ax, ay, az
+    elif ca > ab:
+        ax, ay, az, bx, by, bz, cx, cy, cz = cx, cy, cz, ax, ay, az, bx, by, bz
+    base = math.sqrt(max(ab, max(bc, ca)))
+    rx, ry, rz = _unit(bx - ax, by - ay, bz - az, 1.0, 0.0, 0.0)
+    right = (cx - ax) * rx + (cy - ay) * ry + (cz - az) * rz
+    fx, fy, fz = ax + right * rx, ay + right * ry, az + right * rz
+    hx, hy, hz = cx - fx, cy - fy, cz - fz
     # Any vector that stands on r will do where there is no height.
-    spare = np.cross(r, np.eye(3)[np.abs(r).argmin(axis=1)])
-    s = _unit(apex - foot, spare / np.linalg.norm(spare, axis=1)[:, None])
-    s = _unit(s - np.einsum("ij,ij->i", s, r)[:, None] * r, s)
-    height = np.maximum(np.einsum("ij,ij->i", apex - foot, s), 0.0)
-    axes = np.stack([r, s, np.cross(r, s)], axis=1)
+    if abs(rx) <= abs(ry) and abs(rx) <= abs(rz):
+        ex, ey, ez = _unit(0.0, rz, -ry, 0.0, 0.0, 0.0)
+    elif abs(ry) <= abs(rz):
+        ex, ey, ez = _unit(-rz, 0.0, rx, 0.0, 0.0, 0.0)
+    else:
+        ex, ey, ez = _unit(ry, -rx, 0.0, 0.0, 0.0, 0.0)
+    sx, sy, sz = _unit(hx, hy, hz, ex, ey, ez)
+    tilt = sx * rx + sy * ry + sz * rz
+    sx, sy, sz = _unit(sx - tilt * rx, sy - tilt * ry, sz - tilt * rz, ex, ey, ez)
+    height = max(hx * sx + hy * sy + hz * sz, 0.0)
+    f[0], f[1], f[2], f[3], f[4], f[5] = rx, ry, rz, sx, sy, sz
+    f[6], f[7], f[8] = ry * sz - rz * sy, rz * sx - rx * sz, rx * sy - ry * sx
+    for axis in range(3):
+        f[9 + axis] = -(f[3 * axis] * fx + f[3 * axis + 1] * fy + f[3 * axis + 2] * fz)
+    for side in range(2):
+        end = min(max(right if side == 0 else base - right, 0.0), base)
+        length = math.sqrt(end * end + height * height)
+        f[12 + side] = end
+        f[14 + 3 * side] = -end / length if length > 0 else 0.0
+        f[15 + 3 * side] = height / length if length > 0 else 1.0
+        f[16 + 3 * side] = length
+
+
+@kernel
+def _frames(begin, end, corners, out):  # type: ignore[no-untyped-def]
+    for n in range(begin, end):
+        frame_of(
+            corners[n, 0, 0], corners[n, 0, 1], corners[n, 0, 2], corners[n, 1, 0], corners[n, 1, 1], corners[n, 1, 2],
+            corners[n, 2, 0], corners[n, 2, 1], corners[n, 2, 2], out[n],
+        )  # fmt: skip
+
+
+def frames_of(corners: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(n, FRAME) float64 frames of triangles (n, 3, 3)."""
     out = np.empty((len(corners), FRAME))
-    out[:, :9] = axes.reshape(-1, 9)
-    out[:, 9:12] = -np.einsum("nij,nj->ni", axes, foot)
-    for side, end in enumerate((np.clip(right, 0, base), np.clip(base - right, 0, base))):
-        rise = np.stack([-end, height], axis=1)
-        out[:, 12 + side] = end
-        out[:, 14 + 3 * side : 16 + 3 * side] = _unit(rise, np.array([0.0, 1.0]))
-        out[:, 16 + 3 * side] = np.linalg.norm(rise, axis=1)
+    strips(_frames, len(corners), frozen(corners), out, size=2**14)
     return out
-
-
-def _unit(vectors: NDArray[np.float64], instead: NDArray[np.float64]) -> NDArray[np.float64]:
-    length = np.linalg.norm(vectors, axis=1)[:, None]
-    return np.where(length > 0, vectors / np.where(length > 0, length, 1.0), instead)
 
 
 @helper

@@ -17,8 +17,9 @@ from intaglio.compute import Progress, each, frozen, helper, kernel
 from intaglio.errors import InputError
 from intaglio.mesh import TriangleMesh
 from intaglio.solid.grid import Shape, grid_around
-from intaglio.solid.lids import BLOCK, angles_in_blocks, lids_of, solid_angle
+from intaglio.solid.lids import BLOCK, angles_in_layers, lids_of, solid_angle
 from intaglio.solid.nearest import world
+from intaglio.solid.point_triangle import frames_of
 from intaglio.volume import Volume
 
 WINDING, PARITY = 0, 1
@@ -26,6 +27,8 @@ WINDING, PARITY = 0, 1
 BITS = 29
 # Crossings counted at a time, in voxels.
 SLAB = 2**18
+# So close to a half, a winding number is not taken from a polynomial.
+CLOSE = 1e-3
 
 
 @helper
@@ -70,7 +73,7 @@ def _sorted_into(slabs, thick, shared, first, last, start, members):  # type: ig
 
 
 @kernel
-def scan(z0, z1, members, fixed, along, triangles, shift, rule, lids, angle, slack, matrix, turned, base, inside, doubt):  # type: ignore[no-untyped-def]
+def scan(z0, z1, members, fixed, along, triangles, shift, rule, lids, frames, matrix, turned, base, inside, doubt):  # type: ignore[no-untyped-def]
     """Fill layers z0..z1 of `inside`, which begins at layer `base`: crossings of each row with its triangles, summed along x."""
     _, ny, nx = inside.shape
     rows = (z1 - z0) * ny
@@ -105,6 +108,11 @@ def scan(z0, z1, members, fixed, along, triangles, shift, rule, lids, angle, sla
                     crossing[row, i] += sign
                     begin[row] = min(begin[row], i)
                     end[row] = max(end[row], i)
+    low = z0 // BLOCK * BLOCK
+    angle = np.empty((z1 - low, ny, nx if len(lids) else 0), dtype=np.float32)
+    every = np.arange(len(lids)).astype(np.int32)
+    for z in range(low, z1 if len(lids) else low, BLOCK):
+        angles_in_layers(z, lids, frames, matrix, angle[z - low : z - low + BLOCK])
     for row in range(rows):
         z, y = z0 + row // ny, row % ny
         total = 0
@@ -115,18 +123,14 @@ def scan(z0, z1, members, fixed, along, triangles, shift, rule, lids, angle, sla
             out[i] = total & 1 if rule == PARITY else total != 0
         if len(lids) == 0:
             continue
-        for block in range(slack.shape[2]):
-            most = slack[z // BLOCK, y // BLOCK, block]
-            if most == 0:
-                continue
-            for i in range(block * BLOCK, min(nx, block * BLOCK + BLOCK)):
-                total = turned * crossing[row, i]
-                winding = abs(total - angle[z // BLOCK, y // BLOCK, block])
-                if not abs(winding - 0.5) > most:
-                    u, v, w = world(matrix, i, y, z)
-                    winding = abs(total - solid_angle(lids, u, v, w))
-                out[i] = winding > 0.5
-                doubt[z - base] += 0.25 < winding < 0.75
+        for i in range(nx):
+            total = turned * crossing[row, i]
+            winding = abs(total - angle[z - low, y, i])
+            if abs(winding - 0.5) < CLOSE:
+                u, v, w = world(matrix, i, y, z)
+                winding = abs(total - solid_angle(lids, every, len(lids), u, v, w))
+            out[i] = winding > 0.5
+            doubt[z - base] += 0.25 < winding < 0.75
 
 
 def _fixed(points: NDArray[np.float64], shape: Shape, name: str) -> tuple[NDArray[np.int64], int]:
@@ -183,7 +187,9 @@ def slabs_of(
     fixed, triangles = frozen(fixed), frozen(triangles)
     first, last = np.empty(len(triangles), dtype=np.int32), np.empty(len(triangles), dtype=np.int32)
     _layers(0, len(triangles), fixed, triangles, shift, shape, first, last)
-    thick = thick or max(1, min(BLOCK, SLAB // (shape[1] * (shape[2] + 1))))
+    if rule == PARITY:
+        fans = fans[:0]
+    thick = thick or (BLOCK if len(fans) else 0) or max(1, min(BLOCK, SLAB // (shape[1] * (shape[2] + 1))))
     slabs = -(-(shape[0] - shared) // thick)
     start = np.zeros(slabs + 1, dtype=np.int64)
     _sorted_into(slabs, thick, shared, first, last, start, np.empty(0, dtype=np.int32))
@@ -191,16 +197,13 @@ def slabs_of(
     members = np.empty(start[-1], dtype=np.int32)
     if len(members):
         _sorted_into(slabs, thick, shared, first, last, start[:-1].copy(), members)
-    if rule == PARITY:
-        fans = fans[:0]
-    angle, slack = angles_in_blocks(fans, shape, world_from_index)
     turned = 1 if np.linalg.det(world_from_index) > 0 else -1
     surface = (fixed, frozen(points[:, 0]), triangles, shift, rule)
-    lids = (fans, angle, slack, frozen(world_from_index), turned)
+    lids = (fans, frames_of(fans), frozen(world_from_index), turned)
     jobs = []
     for s in range(slabs):
         z0, z1, mine = s * thick, min(shape[0], (s + 1) * thick + shared), members[start[s] : start[s + 1]]
-        if len(mine) or slack[z0 // BLOCK : (z1 - 1) // BLOCK + 1].any():
+        if len(mine) or len(fans):
             jobs.append((z0, z1, mine, *surface, *lids))
     return Slabs(jobs, mesh.name, tuple(notes), len(fans), holes)
 

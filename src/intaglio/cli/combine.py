@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from typer import Argument, BadParameter, Option
 
 from intaglio.cli.console import Steps, out, running, say
-from intaglio.cli.options import number, read
+from intaglio.cli.options import Reading, number, read
 from intaglio.errors import InputError
 
 if TYPE_CHECKING:
@@ -74,7 +74,7 @@ def _field(steps: Steps, path: Path, first: Volume | None) -> Volume:
         size: Any = {"resolution": 256} if first is None else {"spacing": float(first.spacing.min())}
         with steps.step("measuring") as progress:
             return distance_field(mesh, band="full", progress=progress, **size)
-    volume = read(steps, path, None, None, None, None, None)
+    volume = read(steps, path, Reading())
     if volume.array.dtype.kind == "f":
         if volume.range[0] >= 0:
             raise InputError(

@@ -10,28 +10,22 @@ from typer import Option
 from intaglio.cli.console import out, running, say
 from intaglio.cli.cuts import Cut, check_cuts, selections_of
 from intaglio.cli.options import (
-    Distance,
     Dpi,
-    Fill,
-    Index,
     Islands,
     Iso,
-    Perspective,
+    Lens,
     Plate,
     Plotter,
-    Raw,
-    Roll,
+    Reading,
     Scan,
     Seed,
-    Series,
     Size,
-    Spacing,
     View,
     Width,
-    Zoom,
-    lens,
+    camera_options,
     read,
     styled,
+    with_groups,
     with_options,
 )
 from intaglio.errors import InputError
@@ -42,6 +36,7 @@ DEFAULT = Path("contours.svg")
 
 
 @with_options(Hatching, only=LINE_PARAMETERS, hand=Hand)
+@with_groups
 def contour(
     scan: Scan,
     output: Plate = DEFAULT,
@@ -55,15 +50,9 @@ def contour(
     dpi: Dpi = 300,
     plotter: Plotter = False,
     size: Size = None,
-    perspective: Perspective = None,
-    distance: Distance = None,
-    zoom: Zoom = 1,
-    roll: Roll = 0,
-    raw: Raw = None,
-    spacing: Spacing = None,
-    fill: Fill = None,
-    series: Series = None,
-    index: Index = None,
+    *,
+    lens: Lens,
+    reading: Reading,
     **parameters: Any,
 ) -> None:
     """Draw a surface of a scan with contours and feature lines alone.
@@ -89,9 +78,9 @@ def contour(
     view_direction(view)
     pieces = ISLANDS if islands is None else islands
     check_cuts(cut)
-    looking = lens(perspective, distance, zoom, roll)
+    looking = camera_options(lens)
     with running() as steps:
-        volume = read(steps, scan, raw, spacing, fill, series, index)
+        volume = read(steps, scan, reading)
         with steps.step("drawing") as progress:
             if iso is None:
                 iso, what = body_surface(volume)

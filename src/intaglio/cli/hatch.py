@@ -10,30 +10,24 @@ from typer import BadParameter, Option
 from intaglio.cli.console import out, running, say
 from intaglio.cli.cuts import Cut, check_cuts, selections_of
 from intaglio.cli.options import (
-    Distance,
     Dpi,
-    Fill,
-    Index,
     Islands,
     Iso,
+    Lens,
     MainLight,
-    Perspective,
     Plate,
     Plotter,
-    Raw,
-    Roll,
+    Reading,
     Scan,
     Seed,
-    Series,
     Size,
-    Spacing,
     View,
     Width,
-    Zoom,
+    camera_options,
     lamps,
-    lens,
     read,
     styled,
+    with_groups,
     with_options,
 )
 from intaglio.cli.surfaces import Function, Halo, LabelFile, Labels, Surfaces, function_of, label_of, present, surface_of
@@ -45,6 +39,7 @@ DEFAULT = Path("plate.svg")
 
 
 @with_options(Hatching, hand=Hand)
+@with_groups
 def hatch(
     scan: Scan,
     output: Plate = DEFAULT,
@@ -64,15 +59,9 @@ def hatch(
     plotter: Plotter = False,
     size: Size = None,
     light: MainLight = None,
-    perspective: Perspective = None,
-    distance: Distance = None,
-    zoom: Zoom = 1,
-    roll: Roll = 0,
-    raw: Raw = None,
-    spacing: Spacing = None,
-    fill: Fill = None,
-    series: Series = None,
-    index: Index = None,
+    *,
+    lens: Lens,
+    reading: Reading,
     **parameters: Any,
 ) -> None:
     """Draw surfaces of a scan with hatching and contours.
@@ -124,9 +113,9 @@ def hatch(
     lights = lamps(light)
     pieces = ISLANDS if islands is None else islands
     check_cuts(cut)
-    looking = lens(perspective, distance, zoom, roll)
+    looking = camera_options(lens)
     with running() as steps:
-        volume = read(steps, scan, raw, spacing, fill, series, index)
+        volume = read(steps, scan, reading)
         tools = tuple(selections_of(cut, volume))
         with steps.step("surfaces"):
             if function is not None:

@@ -8,20 +8,22 @@ from typing import Annotated, Any
 import typer
 
 from intaglio.cli.console import Steps, out, running, say
-from intaglio.cli.options import Fill, Index, Raw, Series, Spacing, read
+from intaglio.cli.options import (
+    Reading,
+    read,
+    with_groups,
+)
 from intaglio.errors import InputError
 
 
+@with_groups
 def info(
     path: Annotated[
         Path,
         typer.Argument(metavar="FILE", help="A scan, or a mesh: STL, PLY, OBJ, OFF, glTF.", show_default=False, readable=False),
     ],
-    raw: Raw = None,
-    spacing: Spacing = None,
-    fill: Fill = None,
-    series: Series = None,
-    index: Index = None,
+    *,
+    reading: Reading,
 ) -> None:
     """Say what is in a scan or a mesh: size, spacing, values, orientation; whether a surface is closed.
 
@@ -35,12 +37,12 @@ def info(
     from intaglio.rendering.isovalue import body_surface
 
     with running() as steps:
-        if path.suffix.lower() in KINDS and raw is None:
-            if (spacing, fill, series, index) != (None,) * 4:
+        if path.suffix.lower() in KINDS and reading.raw is None:
+            if reading != Reading():
                 raise InputError(f"{path.name}: is a mesh; --spacing, --fill, --series and --index are for scans")
             _mesh_info(steps, path)
             return
-        volume = read(steps, path, raw, spacing, fill, series, index)
+        volume = read(steps, path, reading)
     z, y, x = volume.shape
     low, high = volume.range
     corners = volume.corners

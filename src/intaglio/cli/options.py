@@ -5,9 +5,10 @@ from __future__ import annotations
 import inspect
 import math
 from collections.abc import Callable, Container
-from dataclasses import MISSING, fields, replace
+from dataclasses import MISSING, dataclass, fields, replace
+from functools import wraps
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, get_type_hints
 
 from typer import Argument, BadParameter, Option
 
@@ -69,6 +70,18 @@ Fill = Annotated[float | None, number("--fill", "Value in place of voxels that a
 Series = Annotated[str | None, Option("--series", metavar="NUMBER|UID", help="Which DICOM series of a folder.", **READING)]
 Index = Annotated[int | None, number("--index", "Which volume of a 4-D file", 0, kind=int, **READING)]
 
+
+@dataclass(frozen=True)
+class Reading:
+    """How a scan is read where its file does not say."""
+
+    raw: Raw = None
+    spacing: Spacing = None
+    fill: Fill = None
+    series: Series = None
+    index: Index = None
+
+
 CAMERA: Any = {"rich_help_panel": "Camera and light"}
 VIEWS = "anterior, posterior, left, right, superior, inferior; joined: anterior-left; or x,y,z: right, anterior, superior."
 LIGHT = "Where the main light stands: right, up, to the viewer, such as -1,1,1."
@@ -83,6 +96,16 @@ Distance = Annotated[
 ]
 Zoom = Annotated[float, number("--zoom", "Enlarge the middle of the picture", 0.01, 1000, **CAMERA)]
 Roll = Annotated[float, number("--roll", "Turn the picture clockwise", unit="DEGREES", **CAMERA)]
+
+
+@dataclass(frozen=True)
+class Lens:
+    """How the eye looks."""
+
+    perspective: Perspective = None
+    distance: Distance = None
+    zoom: Zoom = 1
+    roll: Roll = 0
 
 
 PAPER: Any = {"rich_help_panel": "Paper"}
@@ -112,11 +135,11 @@ def lamps(light: str | None) -> Any:
     return (Light(direction=numbers(light, "--light"), intensity=PLATE_LIGHTS[0].intensity), *PLATE_LIGHTS[1:])
 
 
-def lens(perspective: float | None, distance: float | None, zoom: float, roll: float) -> dict[str, Any]:
+def camera_options(lens: Lens) -> dict[str, Any]:
     """What `Camera.looking` takes."""
-    options: dict[str, Any] = {"zoom": zoom, "roll": roll}
-    if perspective is not None or distance is not None:
-        options |= {"projection": "perspective", "fov": perspective or 25.0, "distance": distance}
+    options: dict[str, Any] = {"zoom": lens.zoom, "roll": lens.roll}
+    if lens.perspective is not None or lens.distance is not None:
+        options |= {"projection": "perspective", "fov": lens.perspective or 25.0, "distance": lens.distance}
     return options
 
 
@@ -133,15 +156,13 @@ def _layout(text: str, step: tuple[float, float, float] | None) -> tuple[tuple[i
     return (x, y, z), kind.strip(), step or (1.0, 1.0, 1.0)
 
 
-def read(
-    steps: Steps, scan: Path, raw: str | None, spacing: str | None, fill: float | None, series: str | None, index: int | None
-) -> Any:
+def read(steps: Steps, scan: Path, how: Reading) -> Any:
     """The volume, with the reader's notes said."""
     from intaglio.io.meshes import KINDS
     from intaglio.io.volumes import read_volume
 
-    step = numbers(spacing, "--spacing", same=True) if spacing is not None else None
-    layout = _layout(raw, step) if raw is not None else None
+    step = numbers(how.spacing, "--spacing", same=True) if how.spacing is not None else None
+    layout = _layout(how.raw, step) if how.raw is not None else None
     if layout is None and scan.is_file():
         if scan.suffix.lower() in KINDS:
             raise InputError(
@@ -153,7 +174,13 @@ def read(
             )
     with steps.step("reading") as progress:
         volume = read_volume(
-            scan, raw=layout, spacing=None if layout else step, fill=fill, series=series, index=index, progress=progress
+            scan,
+            raw=layout,
+            spacing=None if layout else step,
+            fill=how.fill,
+            series=how.series,
+            index=how.index,
+            progress=progress,
         )
     for text in volume.notes:
         say(f"note: {text}")
@@ -178,6 +205,30 @@ def _options_of(parameters: type, prefix: str = "", panel: str = "Style, paramet
         annotation: Any = Annotated[kind | None, option]
         out.append(inspect.Parameter(prefix + item.name, inspect.Parameter.KEYWORD_ONLY, default=None, annotation=annotation))
     return out
+
+
+def with_groups(command: Callable[..., None]) -> Callable[..., None]:
+    """Replace a command's parameters that are groups of options, such as Reading, by the options."""
+    signature = inspect.signature(command, eval_str=True)
+    groups = {p.name: p.annotation for p in signature.parameters.values() if p.annotation in (Reading, Lens)}
+    flat = []
+    for parameter in signature.parameters.values():
+        if parameter.name not in groups:
+            flat.append(parameter)
+            continue
+        group = groups[parameter.name]
+        hints = get_type_hints(group, include_extras=True)
+        flat += [parameter.replace(name=f.name, default=f.default, annotation=hints[f.name]) for f in fields(group)]
+
+    @wraps(command)
+    def run(**given: Any) -> None:
+        for name, group in groups.items():
+            given[name] = group(**{f.name: given.pop(f.name) for f in fields(group)})
+        command(**given)
+
+    run.__signature__ = signature.replace(parameters=flat)  # type: ignore[attr-defined]
+    run.__annotations__ = {p.name: p.annotation for p in flat} | {"return": None}
+    return run
 
 
 def with_options(parameters: type, *, only: Container[str] | None = None, **parts: type) -> Callable[..., Callable[..., None]]:

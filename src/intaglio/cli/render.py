@@ -11,22 +11,16 @@ from typer import BadParameter, Option
 from intaglio.cli.console import out, running, say
 from intaglio.cli.cuts import Cut, check_cuts, selections_of
 from intaglio.cli.options import (
-    Distance,
-    Fill,
-    Index,
+    Lens,
     MainLight,
-    Perspective,
-    Raw,
-    Roll,
+    Reading,
     Scan,
-    Series,
-    Spacing,
     View,
-    Zoom,
+    camera_options,
     lamps,
-    lens,
     number,
     read,
+    with_groups,
 )
 from intaglio.errors import InputError
 
@@ -50,6 +44,7 @@ BONE = (0.96, 0.92, 0.82)
 DEFAULT = Path("picture.png")
 
 
+@with_groups
 def render(
     scan: Scan,
     output: Annotated[Path, Option("--output", "-o", metavar="FILE", help="Picture to write: .png.", readable=False)] = DEFAULT,
@@ -83,15 +78,9 @@ def render(
     bits: Annotated[int, number("--bits", "Of each colour in the file, 8 or 16", 8, 16, kind=int, **PICTURE)] = 8,
     size: Annotated[str, Option("--size", metavar="N|WxH", help=SIZE, **PICTURE)] = "1024",
     light: MainLight = None,
-    perspective: Perspective = None,
-    distance: Distance = None,
-    zoom: Zoom = 1,
-    roll: Roll = 0,
-    raw: Raw = None,
-    spacing: Spacing = None,
-    fill: Fill = None,
-    series: Series = None,
-    index: Index = None,
+    *,
+    lens: Lens,
+    reading: Reading,
 ) -> None:
     """Render a scan as a coloured picture, through what is translucent.
 
@@ -150,11 +139,11 @@ def render(
     pixels = _size(size)
     view_direction(view)
     lights = lamps(light)
-    looking = lens(perspective, distance, zoom, roll)
+    looking = camera_options(lens)
     check_cuts(cut)
     function = TransferFunction.read(tf) if tf is not None else None
     with running() as steps:
-        volume = read(steps, scan, raw, spacing, fill, series, index)
+        volume = read(steps, scan, reading)
         with steps.step("preparing"):
             if preset is not None:
                 function = TransferFunction.preset(preset, volume.range)

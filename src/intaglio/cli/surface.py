@@ -8,12 +8,19 @@ from typing import Annotated, Any
 from typer import BadParameter, Option
 
 from intaglio.cli.console import out, running, say
-from intaglio.cli.options import Fill, Index, Raw, Scan, Series, Spacing, number, read
+from intaglio.cli.options import (
+    Reading,
+    Scan,
+    number,
+    read,
+    with_groups,
+)
 
 INSIDE = "On which side of the isovalue the body is: above, as in scans, or below, as in distance fields."
 DEFAULT = Path("surface.stl")
 
 
+@with_groups
 def surface(
     scan: Scan,
     output: Annotated[
@@ -23,11 +30,8 @@ def surface(
     label: Annotated[int | None, number("--label", "Voxels of this value, of a label map", kind=int, show_default=False)] = None,
     inside: Annotated[str, Option("--inside", metavar="SIDE", help=INSIDE)] = "above",
     open_: Annotated[bool, Option("--open", help="Leave the mesh open where the body leaves the scan.")] = False,
-    raw: Raw = None,
-    spacing: Spacing = None,
-    fill: Fill = None,
-    series: Series = None,
-    index: Index = None,
+    *,
+    reading: Reading,
 ) -> None:
     """Make a mesh of the surface of a body in a scan: closed, manifold, facing outwards.
 
@@ -49,7 +53,7 @@ def surface(
         raise BadParameter(f"must be above or below, not {inside!r}", param_hint="'--inside'")
     side: Any = inside
     with running() as steps:
-        volume = read(steps, scan, raw, spacing, fill, series, index)
+        volume = read(steps, scan, reading)
         level = _body(volume) if iso is None and label is None else iso
         if label is not None:
             with steps.step("measuring") as progress:

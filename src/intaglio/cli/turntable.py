@@ -12,26 +12,20 @@ from intaglio.cli.cuts import Cut, check_cuts, selections_of
 from intaglio.cli.options import (
     CAMERA,
     PAPER,
-    Distance,
-    Fill,
-    Index,
     Islands,
     Iso,
+    Lens,
     MainLight,
-    Perspective,
-    Raw,
-    Roll,
+    Reading,
     Scan,
     Seed,
-    Series,
-    Spacing,
     View,
-    Zoom,
+    camera_options,
     lamps,
-    lens,
     number,
     read,
     styled,
+    with_groups,
     with_options,
 )
 from intaglio.ink.hand import Hand
@@ -42,6 +36,7 @@ TURN: Any = {"rich_help_panel": "Turning"}
 
 
 @with_options(Hatching, hand=Hand)
+@with_groups
 def turntable(
     scan: Scan,
     output: Annotated[
@@ -61,15 +56,9 @@ def turntable(
     dpi: Annotated[float, number("--dpi", "Resolution of the pictures", 10, 2400, **PAPER)] = 130,
     size: Annotated[int, number("--size", "Rays along the longer side", 1, 32768, kind=int, **CAMERA)] = 800,
     light: MainLight = None,
-    perspective: Perspective = None,
-    distance: Distance = None,
-    zoom: Zoom = 1,
-    roll: Roll = 0,
-    raw: Raw = None,
-    spacing: Spacing = None,
-    fill: Fill = None,
-    series: Series = None,
-    index: Index = None,
+    *,
+    lens: Lens,
+    reading: Reading,
     **parameters: Any,
 ) -> None:
     """Draw a surface of a scan as it turns, with strokes that stay on it.
@@ -89,9 +78,9 @@ def turntable(
     view_direction(view)
     lights = lamps(light)
     check_cuts(cut)
-    looking = lens(perspective, distance, zoom, roll)
+    looking = camera_options(lens)
     with running() as steps:
-        volume = read(steps, scan, raw, spacing, fill, series, index)
+        volume = read(steps, scan, reading)
         if iso is None:
             iso, what = body_surface(volume)
             say(f"note: no --iso given; drawing {iso:g}, {what}")

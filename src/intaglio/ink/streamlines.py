@@ -10,13 +10,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from intaglio.compute import helper, kernel
+from intaglio.compute import kernel
 from intaglio.errors import InputError
-from intaglio.ink.neighbours import NOWHERE, PLACES, enter, far, forget
+from intaglio.ink.neighbours import NOWHERE, PLACES, far, forget, reserve, show
+from intaglio.ink.tracing import direction, grow, keep
 
-TURN = math.cos(math.radians(40.0))
-# Cosine of the angle to the field up to which a kept line follows it.
-ALIKE = math.cos(math.radians(25.0))
 # How near to others a line may begin that fills a gap, as a part of the separation.
 NARROW = 0.65
 # How long such a line must be at least, in separations.
@@ -38,159 +36,27 @@ class Streamlines:
         return len(self.offsets) - 1
 
 
-@helper
-def _direction(field, x, y, px, py):  # type: ignore[no-untyped-def]
-    """Unit direction at (x, y), turned to agree with (px, py); (0, 0) where there is none."""
-    h, w = field.shape[1:]
-    fx = min(max(x - 0.5, 0.0), w - 1.001)
-    fy = min(max(y - 0.5, 0.0), h - 1.001)
-    i = int(fx)
-    j = int(fy)
-    i2 = min(i + 1, w - 1)
-    j2 = min(j + 1, h - 1)
-    u = fx - i
-    v = fy - j
-    c = (field[0, j, i] * (1 - u) + field[0, j, i2] * u) * (1 - v) + (field[0, j2, i] * (1 - u) + field[0, j2, i2] * u) * v
-    s = (field[1, j, i] * (1 - u) + field[1, j, i2] * u) * (1 - v) + (field[1, j2, i] * (1 - u) + field[1, j2, i2] * u) * v
-    r = math.sqrt(c * c + s * s)
-    if r < 1e-3:
-        return 0.0, 0.0
-    # Half the angle: cos = sqrt((1 + c) / 2), with the larger of the two taken by the root.
-    c /= r
-    s /= r
-    if c >= 0.0:
-        dx = math.sqrt(0.5 + 0.5 * c)
-        dy = 0.5 * s / dx
-    else:
-        dy = math.sqrt(0.5 - 0.5 * c)
-        dx = 0.5 * s / dy
-    if dx * px + dy * py < 0.0:
-        return -dx, -dy
-    return dx, dy
-
-
-@kernel
-def _grow(  # type: ignore[no-untyped-def]
-    field, allowed, edge, stop, step, lag, inverse, count, cells, own, way, x, y, dx, dy, at, n, px, py, arc,
-):  # fmt: skip
-    """Go on from (x, y), point `at` of its line, in direction (dx, dy) or `way` -1 of the line, as long as there is room.
-
-    Returns the number of points there then are, -1 when the arrays, -2 when a cell is too small.
-    """
-    h, w = allowed.shape
-    while True:
-        # Midpoint rule, the middle foreseen from the last step's direction: one look at the field a step.
-        mx, my = _direction(field, x + 0.5 * step * dx, y + 0.5 * step * dy, dx, dy)
-        if mx * dx + my * dy < TURN:
-            return n
-        nx = x + step * mx
-        ny = y + step * my
-        if not (0.0 <= nx < w and 0.0 <= ny < h):
-            return n
-        if not _passable(allowed, edge, x, y, nx, ny):
-            return n
-        at += way
-        if not far(nx, ny, stop, inverse, cells, own, at, lag):
-            return n
-        if n >= len(px):
-            return -1
-        if not enter(nx, ny, inverse, count, cells, own, at):
-            return -2
-        x = nx
-        y = ny
-        dx = mx
-        dy = my
-        px[n] = x
-        py[n] = y
-        arc[n] = at
-        n += 1
-
-
-@helper
-def _passable(allowed, edge, x, y, nx, ny):  # type: ignore[no-untyped-def]
-    """Whether a line may go from one point to the next."""
-    i = int(x)
-    j = int(y)
-    i2 = int(nx)
-    j2 = int(ny)
-    if allowed[j2, i2] == 0:
-        return False
-    if i2 != i and edge[j, min(i, i2), 0] >= 0.0:
-        return False
-    return not (j2 != j and edge[min(j, j2), i2, 1] >= 0.0)
-
-
-@kernel
-def _keep(  # type: ignore[no-untyped-def]
-    field, allowed, edge, stop, shortest, lag, inverse, count, cells, held, held_offsets, px, py, arc, offsets, owner, origin,
-):  # fmt: skip
-    """Lay earlier lines again, in the pieces for which there is room and which still follow the field.
-
-    Returns (points, lines), or (-1, 0) when the arrays, (-2, 0) when a cell is too small.
-    """
-    h, w = allowed.shape
-    n = 0
-    lines = 0
-    for line in range(len(held_offsets) - 1):
-        first = n
-        for p in range(held_offsets[line], held_offsets[line + 1]):
-            x = held[p, 0]
-            y = held[p, 1]
-            good = 0.0 <= x < w and 0.0 <= y < h
-            if good:
-                q = min(p + 1, held_offsets[line + 1] - 1)
-                dx = held[q, 0] - held[q - 1, 0]
-                dy = held[q, 1] - held[q - 1, 1]
-                mx, my = _direction(field, x, y, dx, dy)
-                size = math.sqrt(dx * dx + dy * dy)
-                good = mx * dx + my * dy > ALIKE * size and (
-                    _passable(allowed, edge, px[n - 1], py[n - 1], x, y) if n > first else allowed[int(y), int(x)] != 0
-                )
-            if good:
-                good = far(x, y, stop, inverse, cells, lines, n - first, lag)
-            if good:
-                if n >= len(px):
-                    return -1, 0
-                if not enter(x, y, inverse, count, cells, lines, n - first):
-                    return -2, 0
-                px[n] = x
-                py[n] = y
-                arc[n] = n - first
-                n += 1
-            if not good or p == held_offsets[line + 1] - 1:
-                if n - first < shortest:
-                    forget(first, n, inverse, count, cells, px, py)
-                    n = first
-                else:
-                    if lines + 2 >= len(offsets):
-                        return -1, 0
-                    owner[lines] = lines
-                    origin[lines] = line
-                    lines += 1
-                    offsets[lines] = n
-                    first = n
-    return n, lines
-
-
 @kernel
 def _place(  # type: ignore[no-untyped-def]
     field, allowed, edge, separation, test, step, shortest, old, held, held_offsets, inverse, count, cells,
-    px, py, arc, offsets, owner, origin,
+    px, py, arc, place, offsets, owner, origin,
 ):  # fmt: skip
     """Fill px, py with parts of lines; returns (points, parts, lines), or -1 when the arrays, -2 when a cell is too small.
 
     Part k is offsets[k]:offsets[k + 1] and belongs to line owner[k], which continues line origin[owner[k]] of `held`, or -1.
     """
     h, w = allowed.shape
-    lag = np.int32(3.0 * separation / step + 2.0)
+    lag = int(3.0 * separation / step + 2.0)
     for p in range(len(old)):
         # A full cell keeps lines away as it is; points outside the picture keep nothing away.
         if 0.0 <= old[p, 0] < w and 0.0 <= old[p, 1] < h:
-            enter(old[p, 0], old[p, 1], inverse, count, cells, -1, 0)
+            k = reserve(old[p, 0], old[p, 1], inverse, count)
+            if k >= 0:
+                show(old[p, 0], old[p, 1], inverse, cells, k)
     longer = max(shortest, int(LONGER * separation / step))
-    n, lines = _keep(
+    n, lines = keep(
         field, allowed, edge, separation * test, longer, lag, inverse, count, cells, held, held_offsets,
-        px, py, arc, offsets, owner, origin,
+        px, py, arc, place, offsets, owner, origin,
     )  # fmt: skip
     if n < 0:
         return n, 0, 0
@@ -201,11 +67,11 @@ def _place(  # type: ignore[no-untyped-def]
         end = offsets[line + 1] - 1
         for way in (1, -1):
             a = end if way == 1 else begin
-            dx, dy = _direction(field, px[a], py[a], px[a] - px[a - way], py[a] - py[a - way])
+            dx, dy = direction(field, px[a], py[a], px[a] - px[a - way], py[a] - py[a - way])
             last = n
-            n = _grow(
-                field, allowed, edge, separation * test, step, lag, inverse, count, cells, line, way,
-                px[a], py[a], dx, dy, arc[a], n, px, py, arc,
+            n = grow(
+                field, allowed, edge, separation * test, step, lag, inverse, count, cells, way, dx, dy, a, -way, end - begin,
+                n, px, py, arc, place,
             )  # fmt: skip
             if n < 0:
                 return n, 0, 0
@@ -237,7 +103,7 @@ def _place(  # type: ignore[no-untyped-def]
                 if queue < parts:
                     point = offsets[queue]
                 continue
-            dx, dy = _direction(field, px[point], py[point], 1.0, 0.0)
+            dx, dy = direction(field, px[point], py[point], 1.0, 0.0)
             away = separation if side == 0 else -separation
             sx = px[point] - away * dy
             sy = py[point] + away * dx
@@ -258,11 +124,14 @@ def _place(  # type: ignore[no-untyped-def]
             candidate += 1
         if not (0.0 <= sx < w and 0.0 <= sy < h) or allowed[int(sy), int(sx)] == 0:
             continue
-        if not far(sx, sy, room, inverse, cells, -2, 0, 0):
-            if queue == parts and room == wide and not far(sx, sy, narrow, inverse, cells, -2, 0, 0):
+        if not far(sx, sy, room, inverse, cells):
+            if queue == parts and room == wide and not far(sx, sy, narrow, inverse, cells):
                 closed[candidate - 1] = True
             continue
-        fx, fy = _direction(field, sx, sy, 1.0, 0.0)
+        # Others only come nearer: what fails here fails later too.
+        if queue == parts:
+            closed[candidate - 1] = True
+        fx, fy = direction(field, sx, sy, 1.0, 0.0)
         if fx == 0.0 and fy == 0.0:
             continue
 
@@ -271,21 +140,24 @@ def _place(  # type: ignore[no-untyped-def]
         first = n
         if n >= len(px):
             return -1, 0, 0
-        if not enter(sx, sy, inverse, count, cells, lines, 0):
+        k = reserve(sx, sy, inverse, count)
+        if k < 0:
             return -2, 0, 0
         px[n] = sx
         py[n] = sy
         arc[n] = 0
+        place[n] = k
         n += 1
         for way in (1, -1):
-            n = _grow(
-                field, allowed, edge, stop, step, lag, inverse, count, cells, lines, way, sx, sy, way * fx, way * fy, 0,
-                n, px, py, arc,
+            # The second way, what the first one left lies behind.
+            n = grow(
+                field, allowed, edge, stop, step, lag, inverse, count, cells, way, way * fx, way * fy, first, 1, n - first - 1,
+                n, px, py, arc, place,
             )  # fmt: skip
             if n < 0:
                 return n, 0, 0
         if n - first < (shortest if room == wide else longer):
-            forget(first, n, inverse, count, cells, px, py)
+            forget(first, n, inverse, count, cells, px, py, place)
             n = first
             continue
         if parts + 2 >= len(offsets):
@@ -360,15 +232,15 @@ def streamlines(
     shortest = separation if shortest is None else shortest
     least = max(2, int(shortest / step) + 1)
     capacity = 1024 + int(1.6 * int(allowed.sum()) / (separation * step))
-    size = separation
+    size = min(1.4 * separation, 12.0 * step)
     while True:
-        px, py, arc = (np.empty(capacity, dtype=t) for t in (np.float32, np.float32, np.int32))
+        px, py, arc, place = (np.empty(capacity, dtype=t) for t in (np.float32, np.float32, np.int32, np.int8))
         offsets, owner, origin = (np.zeros(capacity // 2 + 4, dtype=np.int64) for _ in range(3))
         count = np.zeros((int(h / size) + 1, int(w / size) + 1), dtype=np.int32)
-        cells = np.full((*count.shape, 4, PLACES), NOWHERE)
+        cells = np.full((*count.shape, 2, PLACES), NOWHERE)
         n, parts, lines = _place(
             field, allowed.view(np.uint8), edge, float(separation), float(test), float(step), least, old,
-            held.points, held.offsets, 1.0 / size, count, cells, px, py, arc, offsets, owner, origin,
+            held.points, held.offsets, 1.0 / size, count, cells, px, py, arc, place, offsets, owner, origin,
         )  # fmt: skip
         if n >= 0:
             break

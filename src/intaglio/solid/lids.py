@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 
 from intaglio.compute import kernel
 from intaglio.mesh import TriangleMesh, merge_vertices
+from intaglio.solid.edges import Edges, net_edges
 from intaglio.solid.nearest import world
 from intaglio.solid.point_triangle import nearest_place
 
-Triangles = NDArray[np.int32]
 # Voxels along the side of a block.
 BLOCK = 8
 # Nodes of a polynomial along each axis; lids count as far from this many times half of a box's diagonal on.
@@ -174,28 +174,13 @@ def angles_in_layers(z0, lids, frames, matrix, angle):  # type: ignore[no-untype
                     angle[k, y + j, x + i] = block[k, j, i] + rest
 
 
-def net_edges(triangles: Triangles) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """The boundary of a set of oriented triangles as a chain: edges (n, 2), and how often each is left over (n,), not zero.
+def lids_of(mesh: TriangleMesh, left: Edges | None = None) -> tuple[NDArray[np.float64], int]:
+    """Triangles (n, 3, 3) that close the mesh, in mm, and the number of holes; n = 0 where it is closed already.
 
-    An edge counts +1 for a triangle that runs along it and -1 for one that runs against it, so that edges of more than
-    two triangles may well cancel out. Where nothing is left, every winding number is an integer.
+    left: its net edges, if these are at hand.
     """
-    a, b, c = triangles.T.astype(np.int64)
-    from_, to = np.concatenate([a, b, c]), np.concatenate([b, c, a])
-    count = int(triangles.max()) + 1
-    # Both ends and, in the last bit, the direction: sorted, all uses of an edge stand together.
-    key = np.sort((np.minimum(from_, to) * count + np.maximum(from_, to)) * 2 + (from_ < to))
-    edge, forward = key >> 1, (key & 1) * 2 - 1
-    starts = np.flatnonzero(np.concatenate([[True], edge[1:] != edge[:-1]]))
-    net = np.where(edge[starts] // count == edge[starts] % count, 0, np.add.reduceat(forward, starts))
-    left = edge[starts[net != 0]]
-    return np.stack([left // count, left % count], axis=1), net[net != 0]
-
-
-def lids_of(mesh: TriangleMesh) -> tuple[NDArray[np.float64], int]:
-    """Triangles (n, 3, 3) that close the mesh, in mm, and the number of holes; n = 0 where it is closed already."""
     vertices: NDArray[np.float64] = mesh.vertices
-    edges, net = net_edges(mesh.triangles)
+    edges, net = left or net_edges(mesh.triangles)
     if len(edges):
         # What meets in space but not by its indices, as along the seams of a texture, is not open.
         vertices, triangles = merge_vertices(mesh.vertices, mesh.triangles)

@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 from intaglio.compute import Progress, each, frozen, kernel
 from intaglio.errors import InputError
 from intaglio.mesh import TriangleMesh
+from intaglio.solid.edges import net_edges
 from intaglio.solid.grid import Shape, extent_of, grid_around
-from intaglio.solid.narrow_band import boxes_of, fill_band, is_narrow
+from intaglio.solid.narrow_band import fill_band, rods_of
 from intaglio.solid.nearest import CHUNK, FAR, KEPT, halve, world
 from intaglio.solid.point_triangle import frames_of, squared_distance
 from intaglio.solid.scan_conversion import occupancy
@@ -289,14 +290,15 @@ def distance_field(
     """
     shape, matrix = grid_around(mesh, resolution, spacing, like)
     width = band_width(band, extent_of(mesh))
-    inside, notes = occupancy(mesh, shape, matrix)
+    left = net_edges(mesh.triangles)
+    inside, notes = occupancy(mesh, shape, matrix, left=left)
     local, slack = centred(mesh, shape, matrix)
     field = np.empty(shape, dtype=np.float32)
     closest = np.empty(shape if return_closest else (0, 0, 0), dtype=np.int32)
     vertices = mesh.vertices + (local - matrix)[:3, 3]
-    boxes = boxes_of(vertices, mesh.triangles, local, width, shape)
-    if math.isfinite(width) and is_narrow(boxes):
-        fill_band(vertices, mesh.triangles, boxes, local, width, slack, inside, field, closest, progress)
+    rods = rods_of(vertices, mesh.triangles, left[0], local, width, shape) if math.isfinite(width) else None
+    if rods and rods.narrow:
+        fill_band(vertices, mesh.triangles, rods, local, width, slack, inside, field, closest, progress)
     else:
         mine = asked(mesh, shape, matrix)
         tiles = _tiles(shape, mine.matrix, mine.frames, width, mine.slack)

@@ -42,6 +42,9 @@ def frame_of(ax, ay, az, bx, by, bz, cx, cy, cz, f):  # type: ignore[no-untyped-
     right = (cx - ax) * rx + (cy - ay) * ry + (cz - az) * rz
     fx, fy, fz = ax + right * rx, ay + right * ry, az + right * rz
     hx, hy, hz = cx - fx, cy - fy, cz - fz
+    # So short, it is rounding, and may well lie along r.
+    if hx * hx + hy * hy + hz * hz < (1e-12 * base) ** 2:
+        hx, hy, hz = 0.0, 0.0, 0.0
     # Any vector that stands on r will do where there is no height.
     if abs(rx) <= abs(ry) and abs(rx) <= abs(rz):
         ex, ey, ez = _unit(0.0, rz, -ry, 0.0, 0.0, 0.0)

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from intaglio.compute import Progress, each, frozen, helper, kernel
 from intaglio.errors import InputError
 from intaglio.mesh import TriangleMesh
+from intaglio.solid.edges import Edges
 from intaglio.solid.grid import Shape, grid_around
 from intaglio.solid.lids import BLOCK, angles_in_layers, lids_of, solid_angle
 from intaglio.solid.nearest import world
@@ -169,10 +170,18 @@ class Slabs:
 
 
 def slabs_of(
-    mesh: TriangleMesh, shape: Shape, world_from_index: NDArray[np.float64], thick: int | None = None, shared: int = 0
+    mesh: TriangleMesh,
+    shape: Shape,
+    world_from_index: NDArray[np.float64],
+    thick: int | None = None,
+    shared: int = 0,
+    left: Edges | None = None,
 ) -> Slabs:
-    """The slabs of `thick` + `shared` layers that a grid falls into; without `thick`, of as many as a job had best do."""
-    fans, holes = lids_of(mesh)
+    """The slabs of `thick` + `shared` layers that a grid falls into; without `thick`, of as many as a job had best do.
+
+    left: the mesh's net edges, if these are at hand.
+    """
+    fans, holes = lids_of(mesh, left)
     rule, notes = WINDING, []
     vertices, triangles = mesh.vertices, mesh.triangles
     if len(fans) and mesh.report.closed:
@@ -209,10 +218,14 @@ def slabs_of(
 
 
 def occupancy(
-    mesh: TriangleMesh, shape: Shape, world_from_index: NDArray[np.float64], progress: Progress | None = None
+    mesh: TriangleMesh,
+    shape: Shape,
+    world_from_index: NDArray[np.float64],
+    progress: Progress | None = None,
+    left: Edges | None = None,
 ) -> tuple[NDArray[np.bool_], tuple[str, ...]]:
     """Inside or not of each voxel centre (z, y, x), and what had to be assumed, one sentence each."""
-    slabs = slabs_of(mesh, shape, world_from_index)
+    slabs = slabs_of(mesh, shape, world_from_index, left=left)
     inside = np.zeros(shape, dtype=np.bool_)
     doubt = np.zeros(shape[0], dtype=np.int64)
     each(scan, [(*job, 0, inside.view(np.uint8), doubt) for job in slabs.jobs], progress=progress)

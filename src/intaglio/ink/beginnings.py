@@ -17,7 +17,7 @@ from scipy.ndimage import maximum_filter1d
 from scipy.spatial import cKDTree
 
 from intaglio.gbuffer import GBuffer
-from intaglio.ink.strokes import arc_length, line_of, reversed_where
+from intaglio.ink.strokes import arc_length, line_of, reversed_where, sideways
 
 Floats = NDArray[np.float32]
 Ints = NDArray[np.int64]
@@ -26,6 +26,8 @@ Ints = NDArray[np.int64]
 REACH = 3.0
 TURNED = 2.5
 DEEPER = 0.1
+# Pixels beside a line at which its two sides are told apart.
+BESIDE = 3.0
 # Strokes that come nearer to one another than this part of their distance become one.
 CLOSE = 0.5
 
@@ -103,18 +105,17 @@ def unbent(points: Floats, offsets: Ints, turn: float, interval: float) -> Lines
 
 
 def surface_on_the_left(points: Floats, offsets: Ints, gb: GBuffer) -> Floats:
-    """Chains along contours turned so that the surface lies on their left, whichever way they were followed."""
+    """Chains along contours turned so that the nearer side is on their left, whichever way they were followed."""
     if len(points) == 0:
         return points
     h, w = gb.depth.shape
-    x, y = np.clip(points, 0, (w - 1, h - 1)).astype(np.int64).T
-    # At a contour, normals point away from the surface.
-    away = gb.normal[y, x] @ (gb.camera.view_from_world[:2] * [[1.0], [-1.0]]).T
-    step = np.diff(points, axis=0, append=points[-1:])
-    step[offsets[1:] - 1] = 0.0
-    # y runs down: left of (1, 0) is (0, -1).
-    right = np.add.reduceat(step[:, 0] * away[:, 1] - step[:, 1] * away[:, 0], offsets[:-1])
-    return points[reversed_where(right < 0.0, offsets)]
+    aside = np.float32(BESIDE) * sideways(points, offsets).astype(np.float32)
+    # y runs down: these normals point to the right.
+    right, left = (
+        gb.depth[y, x] for x, y in (np.clip(points + side * aside, 0, (w - 1, h - 1)).astype(np.int64).T for side in (1, -1))
+    )
+    nearer = (right < left).astype(np.int64) - (left < right)
+    return points[reversed_where(np.add.reduceat(nearer, offsets[:-1]) > 0, offsets)]
 
 
 def begun(

@@ -105,4 +105,5 @@ def bent(lines: Streamlines, field: Floats) -> Streamlines:
     shift = np.concatenate([[[0.0, 0.0]], shift])
     count = np.diff(lines.offsets)
     shift -= np.repeat(np.add.reduceat(shift, lines.offsets[:-1], axis=0) / count[:, None], count, axis=0)
-    return replace(lines, points=smoothed(lines.points + shift, lines.offsets, 8).astype(np.float32))
+    # What grew at their ends met them at an angle.
+    return replace(lines, points=smoothed((lines.points + shift).astype(np.float32), lines.offsets, 8))

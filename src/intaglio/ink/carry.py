@@ -17,7 +17,7 @@ from intaglio.ink.strokes import arc_length, line_of, runs, sample, smoothed
 Floats = NDArray[np.float32]
 
 # Angle to the field up to which a line keeps its course, and from which on it does not follow it at all.
-NEARLY = math.radians(15.0)
+NEARLY = math.radians(20.0)
 ACROSS = math.radians(45.0)
 
 

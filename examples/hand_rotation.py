@@ -15,5 +15,5 @@ def make(data: Path | None, size: int) -> ig.Drawing:
     gb = ig.isosurface(volume, iso, camera, islands=0.01)
     hands = [ig.Hand(translation=mm, rotation=angle) for mm, angle in ((0, 0), (0.3, 2), (0.6, 4), (2.2, 13))]
     return sheet(
-        [ig.draw_lines(gb, ig.style("pencil", contour=0.55, valley=0, ridge=0, hand=hand), width_mm=100) for hand in hands]
+        [ig.draw_lines(gb, ig.style("pencil", contour=0.75, valley=0, ridge=0, hand=hand), width_mm=100) for hand in hands]
     )

@@ -1,20 +1,26 @@
-"""`intaglio hatch` with several surfaces: --surface, --label and --tf."""
+"""`intaglio hatch` and `turntable` with several surfaces: --surface, --label and --tf."""
 
 from __future__ import annotations
 
+import itertools
 import math
 import re
 from pathlib import Path
 
 import numpy as np
+import PIL.Image
 import pytest
 from test_cli import SMALL, ball, run, write_scan
 
-from intaglio import InputError, TransferFunction, styles
+from intaglio import InputError, TransferFunction, isosurface, styles
+from intaglio.cli.console import Steps
 from intaglio.cli.surfaces import VEIL, label_of, surface_of
 from intaglio.ink.styles import style
 
 SKIN_AND_CORE = "--surface 300:contour --surface 900:pencil"
+FUNCTION = TransferFunction.from_points(
+    [(50, "#e0b090", 0.0), (400, "#e0b090", 0.2), (500, "#ffffff", 0.0), (600, "#ffffff", 0.0), (950, "#ffffff", 0.9)]
+)
 
 
 @pytest.fixture(scope="module")
@@ -60,10 +66,7 @@ def svg(scan: Path, line: str) -> str:
 def test_layers_are_named_after_their_surfaces(
     line: str, layers: list[str], scan: Path, labels: Path, folder: Path, tmp_path: Path
 ):
-    function = TransferFunction.from_points(
-        [(50, "#e0b090", 0.0), (400, "#e0b090", 0.2), (500, "#ffffff", 0.0), (600, "#ffffff", 0.0), (950, "#ffffff", 0.9)]
-    )
-    function.write(tmp_path / "two.vp.json")
+    FUNCTION.write(tmp_path / "two.vp.json")
     text = svg(scan, line.format(labels=labels, tf=tmp_path / "two.vp.json"))
     named = re.findall(r'inkscape:label="([^"]+)"', text)
     assert [name for name in layers if name not in named] == []
@@ -147,3 +150,64 @@ def test_transfer_function_without_a_surface(scan: Path, folder: Path, tmp_path:
     assert "its opacity has no maximum that begins between 0 and 1000" in done.err
     with pytest.raises(InputError, match="preset must be"):
         TransferFunction.preset("far")
+
+
+TURN = "--frames 2 --degrees 30 --width 30 --size 160 --dpi 60"
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        SKIN_AND_CORE,
+        "--labels {labels} --label 1,4:engraving --label 7:pen-and-ink:#203a80",
+        "--tf {tf} --halo 0",
+        "--iso 500 --cut plane:superior --islands 0",
+    ],
+)
+def test_a_turntable_takes_what_hatch_takes(line, scan, labels, folder):
+    """Two plates, and not the same twice."""
+    FUNCTION.write(folder / "two.vp.json")
+    words = line.format(labels=labels, tf=folder / "two.vp.json").split()
+    turned = run("turntable", scan, *TURN.split(), *words, "-o", "turn.png")
+    assert turned.code == 0
+    assert "2 plates" in turned.out
+    with PIL.Image.open("turn.png") as picture:
+        assert picture.n_frames == 2
+        first = np.asarray(picture.convert("RGB")).copy()
+        picture.seek(1)
+        assert (np.asarray(picture.convert("RGB")) != first).any()
+
+
+def test_a_turntable_refuses_what_hatch_refuses(scan, folder):
+    done = run("turntable", scan, "--iso", 1, "--tf", "ct-bone")
+    assert (done.code, done.out) == (2, "")
+    assert "cannot be given together" in done.err
+    assert not list(folder.iterdir())
+
+
+@pytest.mark.parametrize("output", ["spin.gif", "spin.png", "frames"])
+def test_an_interrupted_turntable_leaves_whole_files_alone(output, scan, folder, monkeypatch):
+    """Ctrl-C in the second plate: no file, no partial one; in a folder, the picture that was complete."""
+    plates = itertools.count()
+
+    def stopping(*of, **options):
+        if next(plates) == 1:
+            raise KeyboardInterrupt
+        return isosurface(*of, **options)
+
+    monkeypatch.setattr("intaglio.plate.isosurface", stopping)
+    done = run("turntable", scan, *TURN.split(), "--iso", 500, "-o", output)
+    assert (done.code, done.out) == (130, "")
+    assert [p.name for p in folder.rglob("*") if p.is_file()] == ["0001.png"] * (output == "frames")
+
+
+def test_frames_done_and_time_left_are_shown():
+    steps = Steps()
+    with steps.step("plates", counted="plates") as progress:
+        progress(0, 4)
+        assert steps.bar.tasks[0].fields["count"] == "0 of 4 plates, some time left"
+        progress(2, 4)
+        assert re.fullmatch(r"2 of 4 plates, 0:00:0\d left", steps.bar.tasks[0].fields["count"])
+    with steps.step("reading") as progress:
+        progress(1, 4)
+        assert steps.bar.tasks[0].fields["count"] == ""

@@ -14,8 +14,9 @@ from test_contours import disks
 
 from intaglio import Camera, Drawing, GBuffer, Hand, InputError, contour, draw_lines, isosurface, read_volume, surface_camera
 from intaglio.drawing import Strokes
+from intaglio.ink.beginnings import Beginnings, Lines, begun, surface_on_the_left
 from intaglio.ink.following import follow
-from intaglio.ink.hand import bezier, hand_strokes
+from intaglio.ink.hand import bezier, drawn_by_hand, hand_strokes
 from intaglio.ink.strokes import arc_length
 from intaglio.ink.styles import style
 from intaglio.plate import ISLANDS
@@ -156,10 +157,11 @@ def test_strokes_begin_every_increment(increment, interval):
     hand = replace(STEADY, increment=increment, interval=interval, lengthening=0)
     strokes = strokes_of(disk(), hand)
     around = 2 * np.pi * 69.5 * MM
-    marks = np.floor(around / interval) + 1
-    assert len(strokes) == pytest.approx(1 + (marks - 16) / increment, abs=2)
+    # All round a loop, which has neither beginning nor end.
+    assert len(strokes) == pytest.approx(around / (increment * interval), abs=0.5 + 0.01 * around / (increment * interval))
     firsts = strokes.points[strokes.offsets[:-1]]
-    apart = np.linalg.norm(np.diff(firsts, axis=0), axis=1)
+    angle = np.sort(np.arctan2(*(firsts / MM - 100).T))
+    apart = 69.5 * MM * np.diff(angle, append=angle[0] + 2 * np.pi)
     np.testing.assert_allclose(apart, increment * interval, rtol=0.1)
     length = arc_length(strokes.points, strokes.offsets)[strokes.offsets[1:] - 1]
     assert length.max() <= 15 * interval * 1.01
@@ -234,6 +236,82 @@ def test_a_seed_decides_every_byte(monkeypatch):
     assert a.points.tobytes() == b.points.tobytes()
     assert a.width.tobytes() == b.width.tobytes()
     assert a.points.tobytes() != c.points.tobytes()
+
+
+def drawn(gb: GBuffer, kept: Beginnings | None = None, hand: Hand | None = None) -> tuple[Strokes, Beginnings]:
+    return drawn_by_hand(gb, hand or Hand(), MM, width=0.4, kept=kept)
+
+
+def test_seen_again_a_hand_does_the_same():
+    """From the same place, strokes begin where they did, by the same chance; also if beginnings come in another order."""
+    gb = disks((200, 200), (70.0, 100.0, 50.0, 50.0), (130.0, 90.0, 50.0, 70.0))
+    first, kept = drawn(gb)
+    order = np.random.default_rng(0).permutation(len(kept.number))
+    again, found = drawn(gb, Beginnings(kept.place[order], kept.way[order], kept.number[order]))
+    assert found.number.tolist() == sorted(kept.number.tolist())
+    # To the next point of the line, a pixel away; and chains differ by nothing else.
+    assert np.abs(found.place - kept.place).max() < 0.8
+    assert len(again) == len(first)
+    other, _ = drawn(gb, Beginnings(kept.place, kept.way, kept.number[::-1].copy()))
+    same, unlike = (
+        np.mean([np.linalg.norm(a.points[-1] - b.points[-1]) for a, b in zip(first, strokes, strict=True)])
+        for strokes in (again, other)
+    )
+    assert same < 0.15
+    assert unlike > 3 * same
+
+
+def test_strokes_stay_on_a_contour_that_moves_and_grows():
+    """A disk that slides by 4 pixels and grows by a tenth: nearly all strokes stay, each where it was on the circle."""
+    _, before = drawn(disks((240, 240), (110.0, 120.0, 80.0, 50.0)), hand=STEADY)
+    now, after = drawn(disks((240, 240), (114.0, 120.0, 88.0, 50.0)), before, STEADY)
+    common = np.intersect1d(before.number, after.number)
+    assert len(common) >= 0.9 * len(before.number)
+    angle = []
+    for found, x in ((before, 110.0), (after, 114.0)):
+        gb = oracle.sheet((240, 240))
+        place = gb.camera.project(found.place)[np.argsort(found.number)[np.isin(np.sort(found.number), common)]]
+        angle.append(np.arctan2(place[:, 1] - 120.0, place[:, 0] - x))
+    assert np.abs(np.angle(np.exp(1j * (angle[0] - angle[1])))).max() < np.radians(6)
+    # The circle stays covered.
+    around = np.sort(np.arctan2(*(now.points / MM - (114.0, 120.0)).T))
+    assert np.diff(around).max() < 0.05
+
+
+def test_contours_run_with_the_surface_on_their_left():
+    gb = disk()
+    turn = np.linspace(0, 2 * np.pi, 300)
+    circle = (100 + 70 * np.stack([np.cos(turn), np.sin(turn)], axis=1)).astype(np.float32)
+    for points in (circle, circle[::-1].copy()):
+        x, y = surface_on_the_left(points, np.array([0, 300]), gb).T - 100
+        # Counter-clockwise for one who looks at it, where y runs down.
+        assert (x[:-1] * y[1:] - x[1:] * y[:-1]).sum() < 0
+
+
+@given(st.integers(0, 2**31), st.integers(1, 4), st.floats(5, 300), st.booleans(), st.floats(1, 40), st.floats(1, 80))
+@settings(deadline=None, max_examples=100)
+def test_beginnings_leave_no_gap_and_do_not_crowd(seed, many, length, loop, step, reach):
+    """Whatever is carried over: strokes are neither nearer than half a step nor farther than one and a half."""
+    rng = np.random.default_rng(seed)
+    turn = np.linspace(0, 2 * np.pi, 50)
+    line = length / (2 * np.pi) * np.stack([np.cos(turn), np.sin(turn)], axis=1) if loop else np.stack([turn, turn], axis=1)
+    line = (line * (length / np.linalg.norm(np.diff(line, axis=0), axis=1).sum())).astype(np.float32)
+    lines = Lines(np.concatenate([line] * many), 50 * np.arange(many + 1), np.full(many, loop))
+    old = [(int(rng.integers(many)), float(rng.uniform(0, lines.length[0])), k) for k in range(rng.integers(30))]
+    rng.shuffle(old)
+    of, along, number = begun(lines, step, reach, 0.6, [(int(a), float(b), int(c)) for a, b, c in old])
+    assert len(set(number.tolist())) == len(number)
+    assert number.max() < max(len(number), len(old))
+    for k in range(many):
+        at = np.sort(along[of == k])
+        gaps = np.diff(at, append=at[0] + lines.length[k]) if loop else np.diff(at)
+        assert len(at) > 0
+        if len(gaps) > 1 or not loop:
+            assert (gaps >= 0.5 * step - 1e-3).all()
+        assert (gaps <= 1.5 * step + 1e-3).all()
+        if not loop:
+            assert at[0] == 0
+            assert at[-1] + max(reach, step) >= lines.length[k] - 1e-3
 
 
 def test_more_passes_close_gaps():

@@ -1,4 +1,4 @@
-"""Turntables: plates of a body that turns, whose strokes stay on its surface."""
+"""Turntables: plates of a body that turns, whose strokes stay on its surfaces."""
 
 from __future__ import annotations
 
@@ -13,19 +13,9 @@ from intaglio.camera import Camera
 from intaglio.compute import Progress
 from intaglio.drawing import Drawing
 from intaglio.errors import InputError
-from intaglio.gbuffer import GBuffer
-from intaglio.ink.carry import carried
-from intaglio.ink.hatching import hatched
-from intaglio.ink.lines import line_layers
-from intaglio.ink.streamlines import Streamlines
-from intaglio.ink.styles import Hatching, style as named_style
 from intaglio.lighting import Light, Material
-from intaglio.parts import ISLANDS
-from intaglio.plate import PLATE_LIGHTS, PLATE_MATERIAL, on_paper
-from intaglio.rendering.isosurface import isosurface
-from intaglio.rendering.isovalue import body_surface
-from intaglio.rendering.skipping import SURFACE, surface_blocks, surface_corners
-from intaglio.selection import Selection
+from intaglio.parts import Part
+from intaglio.plate import HALO, PLATE_LIGHTS, PLATE_MATERIAL, Frame, check_parts, illustrated, surfaces_of
 from intaglio.volume import Volume
 
 # Views in which a body is looked at to find a camera that sees it whole while it turns.
@@ -33,74 +23,66 @@ AROUND = 24
 
 
 def turntable(
-    volume: Volume,
+    subject: Volume | Sequence[Part],
     *,
-    iso: float | None = None,
     frames: int = 36,
     degrees: float = 360.0,
     view: Any = "anterior",
     size: int = 800,
-    style: str | Hatching = "pen-and-ink",
     seed: int = 0,
     width_mm: float = 120.0,
-    islands: float = ISLANDS,
-    selections: Sequence[Selection] = (),
+    halo: float = HALO,
+    paper: str | None = None,
     lights: Sequence[Light] = PLATE_LIGHTS,
     material: Material = PLATE_MATERIAL,
+    title: str = "",
     progress: Progress | None = None,
     camera: dict[str, Any] | None = None,
-    **parameters: Any,
+    **surface: Any,
 ) -> Iterator[Drawing]:
-    """Hatched plates of a body that turns about its long axis, one by one, each when it is asked for.
+    """Plates of a body that turns about its long axis, one by one, each when it is asked for.
 
+    subject          Parts, drawn as by `illustrate`; or a Volume, drawn as by `hatch`, in "pen-and-ink" unless told otherwise
     frames, degrees  how many plates share what angle; the viewer walks round the body, to its left first
     size             rays along the longer side
     camera           more of what `Camera.looking` takes
-    The rest as `hatch`. The streamlines of each plate are carried to the next one with the surface: they stay where there is
-    room for them and they follow the form, grow at their ends, and new ones fill the gaps. A plate so depends on those
-    before it; equal input and seed give equal plates. progress(done, frames) after each plate; an exception from it ends all.
+    surface          of a Volume: iso, transfer_function, style and its parameters, islands, selections
+    The rest as `illustrate`. The streamlines of each plate are carried to the next one, each part's with its own surface: they
+    stay where there is room for them and they follow the form, grow at their ends, and new ones fill the gaps. Strokes of
+    contours drawn by hand begin where they did, and keep their chance. A plate so depends on those before it; equal input
+    and seed give equal plates. progress(done, frames) after each plate; an exception from it ends all.
     """
     if not (1 <= frames <= 3600 and int(frames) == frames):
         raise InputError(f"frames must be a whole number between 1 and 3600, not {frames!r}")
     if not (math.isfinite(degrees) and degrees != 0):
         raise InputError(f"degrees must be a number other than 0, not {degrees!r}")
-    hatching = named_style(style, **parameters)
-    iso = body_surface(volume)[0] if iso is None else iso
-    cameras = _cameras(volume, iso, view, size, islands, [degrees * i / frames for i in range(frames)], camera or {})
-    scene = {"lights": lights, "material": material, "islands": islands, "selections": selections}
-    return _plates(volume, iso, cameras, hatching, scene, width_mm, seed, progress)
+    if isinstance(subject, Volume):
+        parts = surfaces_of(subject, **({"style": "pen-and-ink"} | surface))
+    elif surface:
+        raise InputError(f"{next(iter(surface))!r} must not be given with Parts: each says how it is drawn")
+    else:
+        parts = list(subject)
+    check_parts(parts, halo)
+    cameras = _cameras(parts, view, size, [degrees * i / frames for i in range(frames)], camera or {})
+    title = title or f"{parts[0].volume.name}, {', '.join(part.title for part in parts)}"
+    scene = {"seed": seed, "width_mm": width_mm, "halo": halo, "paper": paper, "lights": lights, "material": material}
+    return _plates(parts, cameras, title, scene, progress)
 
 
 def _plates(
-    volume: Volume,
-    iso: float,
-    cameras: list[Camera],
-    hatching: Hatching,
-    scene: dict[str, Any],
-    width_mm: float,
-    seed: int,
-    progress: Progress | None,
+    parts: list[Part], cameras: list[Camera], title: str, scene: dict[str, Any], progress: Progress | None
 ) -> Iterator[Drawing]:
-    before: GBuffer | None = None
-    lines: list[Streamlines] = []
+    before: Frame | None = None
     for done, camera in enumerate(cameras):
-        gb = isosurface(volume, iso, camera, **scene)
-        mm = width_mm / camera.size[0]
-        kept = [carried(layer, before, gb) for layer in lines] if before else []
-        layers, lines = hatched(gb, hatching, mm, seed=seed, kept=kept)
-        before = gb
-        layers += line_layers(gb, hatching, mm, seed=seed)
-        yield on_paper(gb, hatching, layers, width_mm, f"{volume.name}, iso {iso:g}, {done + 1}")
+        before = illustrated(parts, camera, title=f"{title}, {done + 1}", before=before, **scene)
+        yield before.drawing
         if progress:
             progress(done + 1, len(cameras))
 
 
-def _cameras(
-    volume: Volume, iso: float, view: Any, size: int, islands: float, angles: list[float], options: dict[str, Any]
-) -> list[Camera]:
-    """One camera for each angle, all about the vertical through the middle of the surface, near enough to fill the plate."""
-    blocks = surface_blocks(volume, iso, islands)
-    points = surface_corners(volume, blocks) if (blocks == SURFACE).any() else np.asarray(volume.corners)
+def _cameras(parts: list[Part], view: Any, size: int, angles: list[float], options: dict[str, Any]) -> list[Camera]:
+    """One camera for each angle, all about the vertical through the middle of the surfaces, near enough to fill the plate."""
+    points = np.concatenate([part.corners for part in parts])
     middle = (points.min(axis=0) + points.max(axis=0)) / 2
     around = [middle + (points - middle) @ _turn(360.0 * i / AROUND) for i in range(AROUND)]
     first = Camera.looking(view, np.concatenate(around), size, **options)

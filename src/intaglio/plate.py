@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -13,8 +13,11 @@ from intaglio.compute import Progress
 from intaglio.drawing import Drawing, Layer
 from intaglio.errors import InputError
 from intaglio.gbuffer import GBuffer
-from intaglio.ink.hatching import hatching_layers
-from intaglio.ink.lines import line_layers
+from intaglio.ink.beginnings import Beginnings
+from intaglio.ink.carry import carried
+from intaglio.ink.hatching import hatched, hatching_layers
+from intaglio.ink.lines import line_layers, lined
+from intaglio.ink.streamlines import Streamlines
 from intaglio.ink.styles import Hatching, style as named_style
 from intaglio.ink.visibility import Clearance, clearance, hide, surround, unhidden, visible
 from intaglio.lighting import Light, Material
@@ -126,6 +129,13 @@ def _seen(i: int, parts: Sequence[Part], surfaces: list[GBuffer], drawn: list[li
     return free
 
 
+def check_parts(parts: Sequence[Part], halo: float) -> None:
+    if not 0 <= halo <= 20:
+        raise InputError(f"halo must be between 0 and 20 mm, not {halo!r}")
+    if not parts:
+        raise InputError("parts must hold at least one Part, not none")
+
+
 def illustrate(
     parts: Sequence[Part],
     *,
@@ -151,18 +161,57 @@ def illustrate(
     A liver of a label volume: `Part(volume=labels, label=5, style="engraving", colour="#8a2b1a")`.
     Cavities: `Part(volume=v, iso=(-math.inf, 600))`. Equal parts and seed give an equal Drawing.
     """
-    if not 0 <= halo <= 20:
-        raise InputError(f"halo must be between 0 and 20 mm, not {halo!r}")
-    if not parts:
-        raise InputError("parts must hold at least one Part, not none")
+    check_parts(parts, halo)
     camera = camera or parts_camera(parts, width_mm=width_mm)
+    return illustrated(
+        parts, camera, seed=seed, width_mm=width_mm, halo=halo, paper=paper, lights=lights, material=material, title=title,
+        progress=progress,
+    ).drawing  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """A plate of a series, and what the next one needs of it: of each part its surface, its streamlines, its hand's strokes."""
+
+    drawing: Drawing
+    surfaces: list[GBuffer]
+    lines: list[list[Streamlines]]
+    beginnings: list[Beginnings]
+
+
+def illustrated(
+    parts: Sequence[Part],
+    camera: Camera,
+    *,
+    seed: int,
+    width_mm: float,
+    halo: float,
+    paper: str | None = None,
+    lights: Sequence[Light] = PLATE_LIGHTS,
+    material: Material = PLATE_MATERIAL,
+    title: str = "",
+    progress: Progress | None = None,
+    before: Frame | None = None,
+) -> Frame:
+    """`illustrate`, with strokes carried over from the plate before, which shows the same parts from elsewhere."""
     mm = _pixel_on_paper(camera, width_mm)
     surfaces = [_surface(part, camera, lights, material, progress) for part in parts]
     drawn: list[list[Layer]] = []
+    laid: list[list[Streamlines]] = []
+    begun: list[Beginnings] = []
     for i, (part, gb) in enumerate(zip(parts, surfaces, strict=True)):
-        tone = [] if part.lines_only else hatching_layers(gb, part.hatching, mm, seed=seed, progress=progress)
+        tone: list[Layer] = []
+        lines: list[Streamlines] = []
+        if not part.lines_only:
+            kept = [carried(layer, before.surfaces[i], gb) for layer in before.lines[i]] if before else []
+            tone, lines = hatched(gb, part.hatching, mm, seed=seed, kept=kept, progress=progress)
         opaque = [front for j, front in enumerate(surfaces) if j != i and parts[j].opacity == 1]
-        drawn.append(tone + line_layers(unhidden(gb, opaque), part.hatching, mm, seed=seed))
+        contours, beginnings = lined(
+            unhidden(gb, opaque), part.hatching, mm, seed=seed, kept=before.beginnings[i] if before else None
+        )
+        drawn.append(tone + contours)
+        laid.append(lines)
+        begun.append(beginnings)
     layers: list[Layer] = []
     for i, part in enumerate(parts):
         free = _seen(i, parts, surfaces, drawn, mm, halo)
@@ -173,7 +222,26 @@ def illustrate(
             )
     paper = paper or parts[0].hatching.paper
     title, grain = title or ", ".join(part.title for part in parts), parts[0].hatching.grain
-    return Drawing(tuple(layers), width_mm, camera.size[1] * mm, paper, title, grain)
+    return Frame(Drawing(tuple(layers), width_mm, camera.size[1] * mm, paper, title, grain), surfaces, laid, begun)
+
+
+def surfaces_of(
+    volume: Volume,
+    *,
+    iso: float | None = None,
+    transfer_function: TransferFunction | None = None,
+    style: str | Hatching = "pencil",
+    islands: float = ISLANDS,
+    selections: Sequence[Selection] = (),
+    **parameters: Any,
+) -> list[Part]:
+    """The surface at an isovalue, by default the body's, or those that a transfer function shows; arguments as for `hatch`."""
+    hatching = named_style(style, **parameters)
+    if transfer_function is None:
+        return [Part(volume=volume, iso=iso, style=hatching, islands=islands, selections=selections)]
+    if iso is not None:
+        raise InputError(f"iso must not be given with a transfer function, which says where surfaces are, not {iso!r}")
+    return parts_of(volume, transfer_function, style=hatching, islands=islands, selections=selections)
 
 
 def hatch(
@@ -205,15 +273,10 @@ def hatch(
     selections  tools that cut the body open
     Equal input and seed give an equal Drawing, whatever the number of threads. InputError for what cannot be drawn.
     """
-    hatching = named_style(style, **parameters)
-    if transfer_function is None:
-        parts = [Part(volume=volume, iso=iso, style=hatching, islands=islands, selections=selections)]
-        title = f"{volume.name}, iso {parts[0].body[1]:g}"
-    elif iso is not None:
-        raise InputError(f"iso must not be given with a transfer function, which says where surfaces are, not {iso!r}")
-    else:
-        parts = parts_of(volume, transfer_function, style=hatching, islands=islands, selections=selections)
-        title = f"{volume.name}, {transfer_function.name}"
+    parts = surfaces_of(
+        volume, iso=iso, transfer_function=transfer_function, style=style, islands=islands, selections=selections, **parameters
+    )
+    title = f"{volume.name}, {transfer_function.name if transfer_function else parts[0].title}"
     return illustrate(
         parts, camera=camera, seed=seed, width_mm=width_mm, halo=halo, lights=lights, material=material, title=title,
         progress=progress,

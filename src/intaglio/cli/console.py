@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from datetime import timedelta
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
@@ -26,6 +27,7 @@ class Steps:
         self.bar = Progress(
             TextColumn("{task.description}"),
             BarColumn(),
+            TextColumn("{task.fields[count]}"),
             TimeElapsedColumn(),
             console=said,
             transient=True,
@@ -33,10 +35,16 @@ class Steps:
         )
 
     @contextmanager
-    def step(self, name: str) -> Iterator[Callable[[int, int], None]]:
+    def step(self, name: str, counted: str = "") -> Iterator[Callable[[int, int], None]]:
+        """A stage. What is `counted`, if anything, is shown as number and with the time left."""
         begun = time.perf_counter()
-        task = self.bar.add_task(name, total=None)
-        yield lambda done, total: self.bar.update(task, completed=done, total=total)
+        task = self.bar.add_task(name, total=None, count="")
+
+        def progress(done: int, total: int) -> None:
+            left = timedelta(seconds=round((time.perf_counter() - begun) / done * (total - done))) if done else "some time"
+            self.bar.update(task, completed=done, total=total, count=f"{done} of {total} {counted}, {left} left" * bool(counted))
+
+        yield progress
         self.bar.remove_task(task)
         self.seconds[name] = time.perf_counter() - begun
 

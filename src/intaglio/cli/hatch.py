@@ -5,14 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, Any
 
-from typer import BadParameter, Option
+from typer import Option
 
 from intaglio.cli.console import out, running, say
-from intaglio.cli.cuts import Cut, check_cuts, selections_of
 from intaglio.cli.options import (
     Dpi,
-    Islands,
-    Iso,
     Lens,
     MainLight,
     Plate,
@@ -30,7 +27,7 @@ from intaglio.cli.options import (
     with_groups,
     with_options,
 )
-from intaglio.cli.surfaces import Function, Halo, LabelFile, Labels, Surfaces, function_of, label_of, present, surface_of
+from intaglio.cli.surfaces import Subject, parts_named
 from intaglio.errors import InputError
 from intaglio.ink.hand import Hand
 from intaglio.ink.styles import STYLES, Hatching
@@ -43,23 +40,16 @@ DEFAULT = Path("plate.svg")
 def hatch(
     scan: Scan,
     output: Plate = DEFAULT,
+    *,
     view: View = "anterior",
-    iso: Iso = None,
-    islands: Islands = None,
+    subject: Subject,
     style: Annotated[str, Option("--style", metavar="NAME", help=f"One of {', '.join(STYLES)}.")] = "pencil",
-    surface: Surfaces = None,
-    labels: LabelFile = None,
-    label: Labels = None,
-    tf: Function = None,
-    halo: Halo = 0.5,
-    cut: Cut = None,
     seed: Seed = 0,
     width: Width = 160,
     dpi: Dpi = 300,
     plotter: Plotter = False,
     size: Size = None,
     light: MainLight = None,
-    *,
     lens: Lens,
     reading: Reading,
     **parameters: Any,
@@ -88,11 +78,7 @@ def hatch(
     """  # fmt: skip
     from intaglio.camera import view_direction
     from intaglio.io.plates import check_output
-    from intaglio.io.volumes import read_volume
-    from intaglio.parts import ISLANDS, Part, parts_of
     from intaglio.plate import PLATE_MATERIAL, illustrate, parts_camera
-    from intaglio.rendering.isovalue import body_surface
-    from intaglio.transfer_function import TransferFunction
 
     check_output(output)
     if plotter and output.suffix.lower() != ".svg":
@@ -101,43 +87,19 @@ def hatch(
     def of_style(name: str | None) -> Hatching:
         return styled(name or style, parameters)
 
-    hatching = of_style(None)
-    surfaces = [surface_of(text, of_style) for text in surface or ()]
-    bodies = [label_of(text, of_style) for text in label or ()]
-    if (labels is None) != (not bodies):
-        raise BadParameter("needs --labels FILE" if bodies else "needs --label NUMBERS", param_hint="'--label'")
-    function = function_of(tf)
-    if sum(map(bool, (iso is not None, tf, surfaces or bodies))) > 1:
-        raise BadParameter("cannot be given together; --surface alone says it all", param_hint="'--iso', '--tf', '--surface'")
+    parts_in = parts_named(subject, of_style)
     view_direction(view)
     lights = lamps(light)
-    pieces = ISLANDS if islands is None else islands
-    check_cuts(cut)
     looking = camera_options(lens)
     with running() as steps:
         volume = read(steps, scan, reading)
-        tools = tuple(selections_of(cut, volume))
         with steps.step("surfaces"):
-            if function is not None:
-                function = TransferFunction.preset(function, volume.range) if isinstance(function, str) else function
-                parts = parts_of(volume, function, style=hatching, islands=pieces, selections=tools)
-            elif surfaces or bodies:
-                common: dict[str, Any] = {"islands": islands, "selections": tools}
-                parts = [Part(volume=volume, **part, **common) for part in surfaces]
-                of = read_volume(labels) if labels is not None else volume
-                for text in of.notes if labels is not None else ():
-                    say(f"note: {text}")
-                parts += [Part(volume=of, **part | {"label": present(part["label"], of)}, **common) for part in bodies]
-            else:
-                if iso is None:
-                    iso, what = body_surface(volume)
-                    say(f"note: no --iso given; drawing {iso:g}, {what}")
-                parts = [Part(volume=volume, iso=iso, style=hatching, islands=pieces, selections=tools)]
+            parts = parts_in(volume)
             camera = parts_camera(parts, view, size, width_mm=width, **looking)
         with steps.step("strokes") as progress:
             title = f"{volume.name}, {', '.join(part.title for part in parts)}, {view}"
             plate = illustrate(
-                parts, camera=camera, seed=seed, width_mm=width, halo=halo, lights=lights, material=PLATE_MATERIAL,
+                parts, camera=camera, seed=seed, width_mm=width, halo=subject.halo, lights=lights, material=PLATE_MATERIAL,
                 title=title, progress=progress,
             )  # fmt: skip
         with steps.step("writing"):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 import math
 from collections.abc import Callable, Container
-from dataclasses import MISSING, dataclass, fields, replace
+from dataclasses import MISSING, dataclass, fields, is_dataclass, replace
 from functools import wraps
 from pathlib import Path
 from typing import Annotated, Any, get_type_hints
@@ -210,7 +210,7 @@ def _options_of(parameters: type, prefix: str = "", panel: str = "Style, paramet
 def with_groups(command: Callable[..., None]) -> Callable[..., None]:
     """Replace a command's parameters that are groups of options, such as Reading, by the options."""
     signature = inspect.signature(command, eval_str=True)
-    groups = {p.name: p.annotation for p in signature.parameters.values() if p.annotation in (Reading, Lens)}
+    groups: dict[str, Any] = {p.name: p.annotation for p in signature.parameters.values() if is_dataclass(p.annotation)}
     flat = []
     for parameter in signature.parameters.values():
         if parameter.name not in groups:

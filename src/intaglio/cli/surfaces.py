@@ -1,19 +1,23 @@
-"""`--surface`, `--label` and `--tf`: the parts of a plate, from their texts on the command line."""
+"""`--iso`, `--surface`, `--label`, `--tf`, `--cut`: the parts of a plate, from their texts on the command line."""
 
 from __future__ import annotations
 
 import math
 import re
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from typer import BadParameter, Option
 
-from intaglio.cli.options import number
+from intaglio.cli.console import say
+from intaglio.cli.cuts import Cut, check_cuts, selections_of
+from intaglio.cli.options import Islands, Iso, number
 from intaglio.ink.styles import STYLES, Hatching
 
 if TYPE_CHECKING:
+    from intaglio.parts import Part
     from intaglio.transfer_function import TransferFunction
     from intaglio.volume import Volume
 
@@ -35,6 +39,59 @@ Function = Annotated[str | None, Option("--tf", metavar="NAME|FILE", help=TF, **
 Halo = Annotated[
     float, number("--halo", "Paper left free beside contours in what lies behind them", 0, 20, unit="MM", rich_help_panel="Paper")
 ]
+
+
+@dataclass(frozen=True)
+class Subject:
+    """What of a scan is drawn."""
+
+    iso: Iso = None
+    islands: Islands = None
+    surface: Surfaces = None
+    labels: LabelFile = None
+    label: Labels = None
+    tf: Function = None
+    cut: Cut = None
+    halo: Halo = 0.5
+
+
+def parts_named(subject: Subject, styled: Callable[[str | None], Hatching]) -> Callable[[Volume], list[Part]]:
+    """Check all texts; what is returned makes the parts of them once the scan is read."""
+    from intaglio.io.volumes import read_volume
+    from intaglio.parts import ISLANDS, Part, parts_of
+    from intaglio.rendering.isovalue import body_surface
+    from intaglio.transfer_function import TransferFunction
+
+    surfaces = [surface_of(text, styled) for text in subject.surface or ()]
+    bodies = [label_of(text, styled) for text in subject.label or ()]
+    if (subject.labels is None) != (not bodies):
+        raise BadParameter("needs --labels FILE" if bodies else "needs --label NUMBERS", param_hint="'--label'")
+    function = function_of(subject.tf)
+    if sum(map(bool, (subject.iso is not None, subject.tf, surfaces or bodies))) > 1:
+        raise BadParameter("cannot be given together; --surface alone says it all", param_hint="'--iso', '--tf', '--surface'")
+    check_cuts(subject.cut)
+    hatching = styled(None)
+    pieces = ISLANDS if subject.islands is None else subject.islands
+
+    def parts(volume: Volume) -> list[Part]:
+        tools = tuple(selections_of(subject.cut, volume))
+        if function is not None:
+            shown = TransferFunction.preset(function, volume.range) if isinstance(function, str) else function
+            return parts_of(volume, shown, style=hatching, islands=pieces, selections=tools)
+        if surfaces or bodies:
+            common: dict[str, Any] = {"islands": subject.islands, "selections": tools}
+            of = read_volume(subject.labels) if subject.labels is not None else volume
+            for text in of.notes if subject.labels is not None else ():
+                say(f"note: {text}")
+            found = [Part(volume=volume, **part, **common) for part in surfaces]
+            return found + [Part(volume=of, **part | {"label": present(part["label"], of)}, **common) for part in bodies]
+        iso = subject.iso
+        if iso is None:
+            iso, what = body_surface(volume)
+            say(f"note: no --iso given; drawing {iso:g}, {what}")
+        return [Part(volume=volume, iso=iso, style=hatching, islands=pieces, selections=tools)]
+
+    return parts
 
 
 def function_of(text: str | None) -> TransferFunction | str | None:

@@ -7,13 +7,10 @@ from typing import Annotated, Any
 
 from typer import Option
 
-from intaglio.cli.console import out, running, say
-from intaglio.cli.cuts import Cut, check_cuts, selections_of
+from intaglio.cli.console import out, running
 from intaglio.cli.options import (
     CAMERA,
     PAPER,
-    Islands,
-    Iso,
     Lens,
     MainLight,
     Reading,
@@ -28,6 +25,7 @@ from intaglio.cli.options import (
     with_groups,
     with_options,
 )
+from intaglio.cli.surfaces import Subject, parts_named
 from intaglio.ink.hand import Hand
 from intaglio.ink.styles import STYLES, Hatching
 
@@ -43,11 +41,10 @@ def turntable(
         Path,
         Option("--output", "-o", metavar="FILE", help="To write: .gif, animated .png, or a folder of PNG.", readable=False),
     ] = DEFAULT,
+    *,
     view: View = "anterior",
-    iso: Iso = None,
-    islands: Islands = None,
+    subject: Subject,
     style: Annotated[str, Option("--style", metavar="NAME", help=f"One of {', '.join(STYLES)}.")] = "pen-and-ink",
-    cut: Cut = None,
     seed: Seed = 0,
     frames: Annotated[int, number("--frames", "How many pictures share the turn", 1, 3600, kind=int, **TURN)] = 36,
     degrees: Annotated[float, number("--degrees", "How far it turns", -36000, 36000, unit="DEGREES", **TURN)] = 360,
@@ -56,39 +53,37 @@ def turntable(
     dpi: Annotated[float, number("--dpi", "Resolution of the pictures", 10, 2400, **PAPER)] = 130,
     size: Annotated[int, number("--size", "Rays along the longer side", 1, 32768, kind=int, **CAMERA)] = 800,
     light: MainLight = None,
-    *,
     lens: Lens,
     reading: Reading,
     **parameters: Any,
 ) -> None:
-    """Draw a surface of a scan as it turns, with strokes that stay on it.
+    """Draw surfaces of a scan as they turn, with strokes that stay on them.
 
     `intaglio turntable head.nii.gz -o spin.gif`
 
+    `intaglio turntable head.nii.gz --surface 0.2:contour --surface 0.55:pencil -o spin.png`
+
     `intaglio turntable head.nii.gz --frames 90 --style engraving -o frames`
+
+    `--iso`, `--surface`, `--label` and `--tf` are those of `intaglio hatch`.
     """
     from intaglio.animation import turntable as plates_of
     from intaglio.camera import view_direction
     from intaglio.io.moving import check_moving, save_moving
-    from intaglio.parts import ISLANDS
-    from intaglio.rendering.isovalue import body_surface
 
     check_moving(output)
-    hatching = styled(style, parameters)
+    parts_in = parts_named(subject, lambda name: styled(name or style, parameters))
     view_direction(view)
     lights = lamps(light)
-    check_cuts(cut)
     looking = camera_options(lens)
     with running() as steps:
         volume = read(steps, scan, reading)
-        if iso is None:
-            iso, what = body_surface(volume)
-            say(f"note: no --iso given; drawing {iso:g}, {what}")
-        with steps.step("plates") as progress:
+        with steps.step("surfaces"):
+            parts = parts_in(volume)
+        with steps.step("plates", counted="plates") as progress:
             plates = plates_of(
-                volume, iso=iso, frames=frames, degrees=degrees, view=view, size=size, style=hatching, seed=seed, width_mm=width,
-                islands=ISLANDS if islands is None else islands, selections=selections_of(cut, volume), lights=lights,
-                camera=looking, progress=progress,
+                parts, frames=frames, degrees=degrees, view=view, size=size, seed=seed, width_mm=width, halo=subject.halo,
+                lights=lights, camera=looking, progress=progress,
             )  # fmt: skip
             count = save_moving(plates, output, dpi=dpi, rate=rate)
     out.print(f"{output}  {count} plates, {steps.summary()}", markup=False)

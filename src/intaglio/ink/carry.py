@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -11,9 +12,13 @@ from numpy.typing import NDArray
 
 from intaglio.gbuffer import GBuffer
 from intaglio.ink.streamlines import Streamlines
-from intaglio.ink.strokes import arc_length, line_of, runs
+from intaglio.ink.strokes import arc_length, line_of, runs, sample, smoothed
 
 Floats = NDArray[np.float32]
+
+# Angle to the field up to which a line keeps its course, and from which on it does not follow it at all.
+NEARLY = math.radians(20.0)
+ACROSS = math.radians(45.0)
 
 
 def _depths(gb: GBuffer, points: Floats) -> tuple[Floats, Floats, Floats]:
@@ -78,3 +83,27 @@ def _evenly(lines: Streamlines, step: float) -> Streamlines:
     at = start[long][line_of(offsets)] + step * (np.arange(offsets[-1]) - np.repeat(offsets[:-1], np.diff(offsets)))
     points = np.stack([np.interp(at, axis, lines.points[:, c]) for c in (0, 1)], axis=1).astype(np.float32)
     return Streamlines(points, offsets, lines.number[long])
+
+
+def bent(lines: Streamlines, field: Floats) -> Streamlines:
+    """Lines turned half-way into a field (2, h, w) of double angles, each about its middle.
+
+    From other sides the field runs a little otherwise over the same surface: lines that kept their old course would be met at
+    an angle by what grows at their ends.
+    """
+    if len(lines) == 0:
+        return lines
+    step = np.diff(lines.points.astype(np.float64), axis=0, append=0)
+    step[lines.offsets[1:] - 1] = 0.0
+    along = np.arctan2(step[:, 1], step[:, 0])
+    turn = 0.5 * np.angle((sample(field[0], lines.points) + 1j * sample(field[1], lines.points)) * np.exp(-2j * along))
+    turn = np.where(np.abs(turn) < ACROSS, np.sign(turn) * np.maximum(np.abs(turn) - NEARLY, 0.0), 0.0)
+    turn = smoothed(turn, lines.offsets, 12)
+    c, s = np.cos(turn), np.sin(turn)
+    turned = np.stack([c * step[:, 0] - s * step[:, 1], s * step[:, 0] + c * step[:, 1]], axis=1)
+    shift = np.cumsum(turned - step, axis=0)[:-1]
+    shift = np.concatenate([[[0.0, 0.0]], shift])
+    count = np.diff(lines.offsets)
+    shift -= np.repeat(np.add.reduceat(shift, lines.offsets[:-1], axis=0) / count[:, None], count, axis=0)
+    # What grew at their ends met them at an angle.
+    return replace(lines, points=smoothed((lines.points + shift).astype(np.float32), lines.offsets, 8))

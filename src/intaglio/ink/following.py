@@ -232,10 +232,11 @@ def follow(image: Floats, *, least: float, scan: int, reach: int = 2) -> tuple[F
 def _closed(
     points: Floats, offsets: NDArray[np.int64], start: NDArray[np.int64], reach: int
 ) -> tuple[Floats, NDArray[np.int64], NDArray[np.int64]]:
-    """Chains whose ends meet repeat their first point."""
+    """Chains whose ends meet repeat their first point, in place of a last one that has gone past it."""
     first, last = offsets[:-1], offsets[1:] - 1
     meets = (np.hypot(*(points[first] - points[last]).T) < reach + 0.3) & (np.diff(offsets) > 8)
-    grown = np.diff(offsets) + meets
+    short = np.einsum("nc,nc->n", points[first] - points[last], points[last] - points[last - 1]) > 0.0
+    grown = np.diff(offsets) + (meets & short)
     ends = np.concatenate([[0], np.cumsum(grown)]).astype(np.int64)
     index = np.repeat(first - ends[:-1], grown) + np.arange(ends[-1])
     index[ends[1:][meets] - 1] = first[meets]

@@ -9,16 +9,19 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import gaussian_filter
+from scipy.ndimage import gaussian_filter, minimum_filter
 
+from intaglio.camera import Camera
 from intaglio.drawing import Strokes
 from intaglio.gbuffer import GBuffer
+from intaglio.ink.beginnings import Beginnings, Lines, begun, found_again, surface_on_the_left, unbent
 from intaglio.ink.contours import contour_image
 from intaglio.ink.following import follow
 from intaglio.ink.options import check_bounds, option
 from intaglio.ink.strokes import arc_length, line_of, pack, runs, sample, taper, weight_by_light
 
 Floats = NDArray[np.float32]
+Floats64 = NDArray[np.float64]
 
 # One pass of the filter: a Gaussian as wide as three pixels of a picture 512 pixels wide, on paper 160 mm wide.
 FILTER = 0.22  # mm
@@ -67,24 +70,45 @@ def hand_strokes(
     width   in mm of a stroke where it is widest
     bright  whether strokes are heavier where the surface is bright, not where it is dark
     """
+    return drawn_by_hand(gb, hand, mm_per_pixel, width=width, opacity=opacity, bright=bright, seed=seed)[0]
+
+
+def drawn_by_hand(
+    gb: GBuffer,
+    hand: Hand,
+    mm_per_pixel: float,
+    *,
+    width: float,
+    opacity: float = 1.0,
+    bright: bool = False,
+    seed: int = 0,
+    kept: Beginnings | None = None,
+) -> tuple[Strokes, Beginnings]:
+    """The strokes, and where they begin; `kept` are a former picture's beginnings, which are to be found again in this one."""
     # Where depth jumps there is a contour, however the surface is turned; beside it, noise widens the band and narrows it.
     jumps = _jumps(gb)
     image = np.where(jumps, np.float32(JUMP), contour_image(gb, hand.thickness / mm_per_pixel))
     sigma = max(FILTER * np.sqrt(hand.passes) / mm_per_pixel, 0.6)
-    lines = gaussian_filter(image, sigma)
+    blurred = gaussian_filter(image, sigma)
     scan, reach = (max(2, round(mm / mm_per_pixel)) for mm in (SCAN, hand.gap))
-    points, offsets, _ = follow(lines, least=LEAST, scan=scan, reach=reach)
+    points, offsets, _ = follow(blurred, least=LEAST, scan=scan, reach=reach)
     sure = sample(gaussian_filter(jumps.astype(np.float32), 1.5 * sigma), points) > SURE
     points, offsets = _lasting(points, offsets, sure, hand.shortest / mm_per_pixel)
-    control, offsets, heading = _marks(points, offsets, hand.interval, mm_per_pixel)
-    index, offsets = _windows(control, offsets, heading, hand)
-    if len(index) == 0:
-        return Strokes.none()
-    light = sample(gb.brightness, control[index] / np.float32(mm_per_pixel))
-    moved = _moved(control[index], heading[index], offsets, hand, np.random.default_rng(seed))
+    interval = hand.interval / mm_per_pixel
+    lines = unbent(surface_on_the_left(points, offsets, gb), offsets, hand.turn, interval)
+    if len(lines) == 0:
+        return Strokes.none(), Beginnings.none()
+    near = minimum_filter(gb.depth, 5)
+    old = found_again(kept, lines, gb, _at(near, lines.points), mm_per_pixel) if kept else ()
+    line, along, number = begun(lines, hand.increment * interval, (hand.points - 1) * interval, interval, old)
+    control, heading, offsets = _marks(lines, line, along, hand.points, interval)
+    first = offsets[:-1]
+    beginnings = Beginnings(_unprojected(gb.camera, control[first], _at(near, control[first])), heading[first], number)
+    light = sample(gb.brightness, control)
+    moved = _moved(control * mm_per_pixel, heading, offsets, number, hand, np.random.default_rng(seed))
     curve, light, offsets = _curves(moved, light, offsets)
     ends = taper(curve, offsets, hand.taper, hand.taper)
-    return pack(curve, width * weight_by_light(light, bright) * ends, opacity * (0.4 + 0.6 * ends), offsets)
+    return pack(curve, width * weight_by_light(light, bright) * ends, opacity * (0.4 + 0.6 * ends), offsets), beginnings
 
 
 def _jumps(gb: GBuffer) -> NDArray[np.bool_]:
@@ -112,74 +136,64 @@ def _lasting(
 
 
 def _marks(
-    points: Floats, offsets: NDArray[np.int64], interval: float, mm_per_pixel: float
-) -> tuple[Floats, NDArray[np.int64], Floats]:
-    """Points every `interval` mm along each chain, in mm; offsets; and unit directions there."""
-    if len(points) == 0:
-        return points, offsets, points
-    along = arc_length(points, offsets) * np.float32(mm_per_pixel)
-    points = points * np.float32(mm_per_pixel)
-    total = along[offsets[1:] - 1]
-    count = np.maximum(2, np.floor(total / interval).astype(np.int64) + 1)
-    ends = np.concatenate([[0], np.cumsum(count)]).astype(np.int64)
-    line = line_of(ends)
-    # All chains one behind the other on one axis, so that one interpolation serves them all.
-    begin = np.concatenate([[0.0], np.cumsum(total.astype(np.float64) + 1.0)])[:-1]
-    axis = along + np.repeat(begin, np.diff(offsets))
-    at = np.minimum((np.arange(ends[-1]) - ends[line]) * interval, total[line]) + begin[line]
-    marks = np.stack([np.interp(at, axis, points[:, k]) for k in (0, 1)], axis=1).astype(np.float32)
-    before, after = np.arange(len(marks)) - 1, np.arange(len(marks)) + 1
-    before[ends[:-1]] += 1
-    after[ends[1:] - 1] -= 1
-    heading = marks[after] - marks[before]
-    heading /= np.maximum(np.linalg.norm(heading, axis=1, keepdims=True), 1e-9)
-    return marks, ends, heading
+    lines: Lines, line: NDArray[np.int64], along: Floats64, points: int, interval: float
+) -> tuple[Floats, Floats64, NDArray[np.int64]]:
+    """Control points (n, 2) of each stroke in pixels, `interval` apart up to the end of its line, unit directions, offsets."""
+    left = np.where(lines.loop[line], lines.length[line], lines.length[line] - along)
+    # A mark that would lie on the end but for rounding is the last.
+    count = np.clip(np.ceil(left / interval - 1e-3).astype(np.int64) + 1, 2, points)
+    offsets = np.concatenate([[0], np.cumsum(count)]).astype(np.int64)
+    stroke = line_of(offsets)
+    at = along[stroke] + np.minimum((np.arange(offsets[-1]) - offsets[stroke]) * interval, left[stroke])
+    return lines.at(line[stroke], at).astype(np.float32), lines.way(line[stroke], at, interval), offsets
 
 
-def _windows(
-    control: Floats, offsets: NDArray[np.int64], heading: Floats, hand: Hand
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Which marks make up each stroke: indices and offsets. No stroke passes a sharp turn or a chain's end."""
-    n = len(control)
-    if n == 0:
-        return np.zeros(0, dtype=np.int64), np.zeros(1, dtype=np.int64)
-    breaks = np.zeros(n, dtype=np.bool_)
-    breaks[1:] = np.einsum("nc,nc->n", heading[1:], heading[:-1]) < np.cos(np.radians(hand.turn))
-    breaks[offsets[:-1]] = True
-    begin = np.flatnonzero(breaks)
-    length = np.diff(np.append(begin, n))
-    # Strokes begin every increment, until one reaches the end.
-    many = np.maximum(1, 1 + -(-(length - hand.points) // hand.increment))
-    piece = np.repeat(np.arange(len(begin)), many)
-    number = np.arange(len(piece)) - np.repeat(np.cumsum(many) - many, many)
-    first = begin[piece] + number * hand.increment
-    count = np.minimum(first + hand.points, begin[piece] + length[piece]) - first
-    first, count = first[count >= 2], count[count >= 2]
-    ends = np.concatenate([[0], np.cumsum(count)]).astype(np.int64)
-    return np.repeat(first - ends[:-1], count) + np.arange(ends[-1]), ends
-
-
-def _moved(control: Floats, heading: Floats, offsets: NDArray[np.int64], hand: Hand, rng: np.random.Generator) -> Floats:
-    """Control points where a hand puts them."""
-    strokes, line = len(offsets) - 1, line_of(offsets)
+def _moved(
+    control: Floats,
+    heading: Floats64,
+    offsets: NDArray[np.int64],
+    number: NDArray[np.int64],
+    hand: Hand,
+    rng: np.random.Generator,
+) -> Floats:
+    """Control points where a hand puts them; one draw a stroke's number."""
+    line = line_of(offsets)
     first, last = offsets[:-1], offsets[1:] - 1
+    chance = rng.random((int(number.max()) + 1, 6 + 2 * hand.points))[number]
+    mark = np.arange(len(control)) - first[line]
     # The end is moved, and the points before it by as much less as they are before it.
-    part = (np.arange(len(control)) - first[line]) / (last - first)[line]
-    out = control + (part[:, None] * _within(hand.deviation, strokes, rng)[line])
-    out += rng.uniform(-hand.perturbation, hand.perturbation, (len(control), 2))
-    out[last] += heading[last] * rng.uniform(0.5, 1.0, (strokes, 1)) * hand.lengthening
-    angle = np.radians(rng.uniform(-hand.rotation, hand.rotation, strokes))[line]
+    part = mark / (last - first)[line]
+    out = control + (part[:, None] * _within(hand.deviation, chance[:, 0:2])[line])
+    out += hand.perturbation * (2.0 * chance[:, 6:].reshape(len(first), -1, 2)[line, mark] - 1.0)
+    out[last] += heading[last] * (0.5 + 0.5 * chance[:, 4:5]) * hand.lengthening
+    angle = np.radians(hand.rotation * (2.0 * chance[:, 5] - 1.0))[line]
     arm = out - out[first][line]
     turned = np.stack(
         [np.cos(angle) * arm[:, 0] - np.sin(angle) * arm[:, 1], np.sin(angle) * arm[:, 0] + np.cos(angle) * arm[:, 1]], axis=1
     )
-    return (out[first][line] + turned + _within(hand.translation, strokes, rng)[line]).astype(np.float32)
+    return (out[first][line] + turned + _within(hand.translation, chance[:, 2:4])[line]).astype(np.float32)
 
 
-def _within(radius: float, n: int, rng: np.random.Generator) -> NDArray[np.float64]:
-    """(n, 2) places spread evenly over a disc."""
-    angle, r = rng.uniform(0, 2 * np.pi, n), radius * np.sqrt(rng.uniform(0, 1, n))
+def _within(radius: float, chance: Floats64) -> Floats64:
+    """(n, 2) places spread evenly over a disc, from (n, 2) numbers spread evenly between 0 and 1."""
+    angle, r = 2 * np.pi * chance[:, 0], radius * np.sqrt(chance[:, 1])
     return np.stack([r * np.cos(angle), r * np.sin(angle)], axis=1)
+
+
+def _at(depth: Floats, points: Floats) -> Floats:
+    """(n,) depth at the pixels that points lie in; where there is none, the mean of the others."""
+    h, w = depth.shape
+    x, y = np.clip(points, 0, (w - 1, h - 1)).astype(np.int64).T
+    found = depth[y, x]
+    known = np.isfinite(found)
+    return np.where(known, found, found[known].mean() if known.any() else 0.0)
+
+
+def _unprojected(camera: Camera, points: Floats, depth: Floats) -> Floats64:
+    """(n, 3) world places seen at points (n, 2) of the picture."""
+    ray = camera.rays()
+    x, y = points.astype(np.float64).T[:, :, None]
+    return np.asarray(ray[0] + x * ray[1] + y * ray[2] + depth[:, None] * (ray[3] + x * ray[4] + y * ray[5]))
 
 
 def bezier(control: NDArray[np.floating], t: NDArray[np.floating]) -> NDArray[np.float64]:

@@ -16,6 +16,7 @@ from intaglio.compute import Progress
 from intaglio.drawing import Layer, Strokes
 from intaglio.errors import InputError
 from intaglio.gbuffer import GBuffer
+from intaglio.ink.carry import bent
 from intaglio.ink.density import line_density
 from intaglio.ink.direction import direction_field
 from intaglio.ink.smoothing import blurred
@@ -140,14 +141,15 @@ def hatched(
     for done, tone in enumerate(plan):
         if progress:
             progress(done, len(plan))
+        field = _turned(lines_along, tone.angle)
         lines = streamlines(
-            _turned(lines_along, tone.angle),
+            field,
             tone.separation / mm_per_pixel,
             allowed=dark > max(tone.begin - 2 * hatching.ragged, 0.0),
             edge=gb.edge,
             test=hatching.evenness,
             beside=beside.get(tone.angle),
-            kept=kept[done] if kept else None,
+            kept=bent(kept[done], field) if kept else None,
         )
         beside[tone.angle] = np.concatenate([beside[tone.angle], lines.points]) if tone.angle in beside else lines.points
         strokes = _strokes(lines, dark, tone, hatching, mm_per_pixel, [seed, done])

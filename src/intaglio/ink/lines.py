@@ -8,9 +8,10 @@ import numpy as np
 
 from intaglio.drawing import Layer, Strokes
 from intaglio.gbuffer import GBuffer
+from intaglio.ink.beginnings import Beginnings
 from intaglio.ink.contours import occluding_contours
 from intaglio.ink.features import feature_lines
-from intaglio.ink.hand import hand_strokes
+from intaglio.ink.hand import drawn_by_hand
 from intaglio.ink.strokes import arc_length, pack, runs, smoothed, taper, weight_by_light
 from intaglio.ink.styles import Hatching
 from intaglio.ink.suggestive import suggestive_contours
@@ -18,6 +19,14 @@ from intaglio.ink.suggestive import suggestive_contours
 
 def line_layers(gb: GBuffer, hatching: Hatching, mm_per_pixel: float, *, seed: int = 0) -> list[Layer]:
     """Ridges, valleys, suggestive and occluding contours, as a style asks for them; 0 means no such layer."""
+    return lined(gb, hatching, mm_per_pixel, seed=seed)[0]
+
+
+def lined(
+    gb: GBuffer, hatching: Hatching, mm_per_pixel: float, *, seed: int = 0, kept: Beginnings | None = None
+) -> tuple[list[Layer], Beginnings]:
+    """The layers, and where contours drawn by hand begin; `kept` are a former picture's."""
+    beginnings = Beginnings.none()
     thin = 0.8 * (hatching.contour or hatching.thickest)
     layers = []
     if hatching.ridge > 0:
@@ -30,7 +39,9 @@ def line_layers(gb: GBuffer, hatching: Hatching, mm_per_pixel: float, *, seed: i
     if hatching.contour > 0:
         width, opacity = hatching.contour, hatching.contour_opacity
         if hatching.hand:
-            drawn = hand_strokes(gb, hatching.hand, mm_per_pixel, width=width, opacity=opacity, bright=hatching.bright, seed=seed)
+            drawn, beginnings = drawn_by_hand(
+                gb, hatching.hand, mm_per_pixel, width=width, opacity=opacity, bright=hatching.bright, seed=seed, kept=kept
+            )
             layers.append(Layer("contour", drawn, colour=hatching.ink))
         else:
             shortest = hatching.contour_shortest
@@ -39,7 +50,7 @@ def line_layers(gb: GBuffer, hatching: Hatching, mm_per_pixel: float, *, seed: i
                     gb, mm_per_pixel, width=width, shortest=shortest, colour=hatching.ink, opacity=opacity, bright=hatching.bright
                 )
             )
-    return layers
+    return layers, beginnings
 
 
 def contour_layer(

@@ -252,5 +252,6 @@ def streamlines(
     number = np.empty(lines, dtype=np.int64)
     new = origin < 0
     number[~new] = held.number[origin[~new]]
-    number[new] = np.arange(new.sum()) + held.number.max(initial=-1) + 1
+    # The lowest that are free, so that what goes by number does not grow with the series.
+    number[new] = np.setdiff1d(np.arange(lines), number[~new])[: new.sum()]
     return Streamlines(points, ends, number)

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import os
 import secrets
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from os import PathLike
 from pathlib import Path
+from typing import IO
 
 from intaglio.drawing import Drawing, Image
 from intaglio.errors import InputError
@@ -69,11 +71,18 @@ def check_output(path: str | PathLike[str], kinds: Sequence[str] = PLATES) -> Pa
 
 def write_whole(target: Path, data: bytes) -> None:
     """Write a file that appears under its name only when it is complete."""
+    with whole(target) as file:
+        file.write(data)
+
+
+@contextmanager
+def whole(target: Path) -> Iterator[IO[bytes]]:
+    """A file to write to, which appears under its name when it is complete, and not at all if anything goes wrong."""
     # Opened with mode "x" instead of tempfile's, so that the umask decides who may read it.
     partial = target.with_name(f".{secrets.token_hex(6)}.partial")
     try:
         with open(partial, "xb") as file:
-            file.write(data)
+            yield file
         os.replace(partial, target)
     except OSError as error:
         raise InputError(f"{target} cannot be written: {error.strerror}") from error

@@ -492,3 +492,18 @@ def winding_number(points: ArrayLike, vertices: ArrayLike, triangles: ArrayLike)
         dots = np.einsum("ij,ij->i", a, b) * lc + np.einsum("ij,ij->i", b, c) * la + np.einsum("ij,ij->i", c, a) * lb
         total += np.arctan2(volume, la * lb * lc + dots) / (2 * np.pi)
     return total
+
+
+def may_change_sides(mask: np.ndarray) -> np.ndarray:
+    """Voxels of a mask and of what is around that are at the border, touch one of their side that is not, and are not beside
+    one of their side that is at the border without touching such a one. The grid goes on as its border is."""
+    from scipy import ndimage
+
+    mask = np.pad(mask, 4, mode="edge")
+    cross, cube = ndimage.generate_binary_structure(3, 1), np.ones((3, 3, 3), dtype=bool)
+    loose = np.zeros_like(mask)
+    for side in (mask, ~mask):
+        border = side & ndimage.binary_dilation(~side, cross)
+        hard = border & ~ndimage.binary_dilation(side & ~border, cross)
+        loose |= border & ~ndimage.binary_dilation(hard, cube)
+    return loose[4:-4, 4:-4, 4:-4]

@@ -41,11 +41,14 @@ def test_surface_of_a_label_lies_between_voxels(tmp_path: Path):
     labels[3:7, 3:7, 3:7] = 4
     labels[3:7, 3:7, 8:10] = 9
     sitk.WriteImage(sitk.GetImageFromArray(labels), str(tmp_path / "labels.nrrd"))
-    assert run("surface", tmp_path / "labels.nrrd", "--label", 4, "-o", tmp_path / "four.ply").code == 0
+    assert run("surface", tmp_path / "labels.nrrd", "--label", 4, "--no-smooth", "-o", tmp_path / "four.ply").code == 0
     corners = ig.read_mesh(tmp_path / "four.ply").corners
     # SimpleITK is LPS.
     assert corners.max(axis=0) == pytest.approx([-2.5, -2.5, 6.5])
     assert corners.min(axis=0) == pytest.approx([-6.5, -6.5, 2.5])
+    for labels, right in ((4, -2.5), ("4,9", -2.5), ("4-8", -2.5), ("8-9", -7.5)):
+        assert run("surface", tmp_path / "labels.nrrd", "--label", labels, "-o", tmp_path / "smooth.ply").code == 0
+        assert ig.read_mesh(tmp_path / "smooth.ply").corners.max(axis=0)[0] == pytest.approx(right, abs=0.3)
 
 
 @pytest.mark.parametrize(
@@ -54,7 +57,8 @@ def test_surface_of_a_label_lies_between_voxels(tmp_path: Path):
         ("-o egg.vtk", "output must end in .stl", 1),
         ("--iso 5 --label 5", "cannot be given together with --iso", 2),
         ("--inside left", "must be above or below, not 'left'", 2),
-        ("--label 77", "no voxel has label 77", 1),
+        ("--label 77", "label must be one of 1, 2", 1),
+        ("--label two", "must begin with numbers of labels such as 5", 2),
         ("--iso 5000", "iso must be within the volume's values", 1),
     ],
 )

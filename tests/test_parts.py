@@ -29,7 +29,8 @@ from intaglio import (
     surface_camera,
 )
 from intaglio.parts import LIGHTEST, faded, ink_colour
-from intaglio.rendering.bodies import between, has_matter, label_distance
+from intaglio.solid.bodies import between, has_matter
+from intaglio.solid.labels import label_distance
 
 SHAPE = (56, 60, 64)
 FINE = style("engraving", crosshatch=0, contour_shortest=0)

@@ -16,10 +16,11 @@ from numpy.typing import NDArray
 from intaglio.drawing import Layer, check_colour
 from intaglio.errors import InputError
 from intaglio.ink.styles import Hatching, style as named_style
-from intaglio.rendering.bodies import between, has_matter, label_distance
 from intaglio.rendering.isovalue import body_surface
 from intaglio.rendering.skipping import SURFACE, Inside, surface_blocks, surface_corners
 from intaglio.selection import Selection
+from intaglio.solid.bodies import between, has_matter
+from intaglio.solid.labels import label_distance
 from intaglio.transfer_function import OpacityPeak, TransferFunction
 from intaglio.volume import Volume, check_volume
 

@@ -8,13 +8,8 @@ from typing import Annotated, Any
 from typer import BadParameter, Option
 
 from intaglio.cli.console import out, running, say
-from intaglio.cli.options import (
-    Reading,
-    Scan,
-    number,
-    read,
-    with_groups,
-)
+from intaglio.cli.options import Reading, Scan, number, read, with_groups
+from intaglio.cli.surfaces import label_ranges, present
 
 INSIDE = "On which side of the isovalue the body is: above, as in scans, or below, as in distance fields."
 DEFAULT = Path("surface.stl")
@@ -27,13 +22,16 @@ def surface(
         Path, Option("--output", "-o", metavar="FILE", help="Mesh to write: .stl, .ply, .obj or .glb.", readable=False)
     ] = DEFAULT,
     iso: Annotated[float | None, number("--iso", "Isovalue; without it, that of the body", show_default=False)] = None,
-    label: Annotated[int | None, number("--label", "Voxels of this value, of a label map", kind=int, show_default=False)] = None,
+    label: Annotated[
+        str | None, Option("--label", metavar="NUMBERS", help="Voxels of these values: 5, 2,3 or 26-33.", show_default=False)
+    ] = None,
+    smooth: Annotated[bool, Option("--smooth/--no-smooth", help="Labels without the steps of their voxels.")] = True,
     inside: Annotated[str, Option("--inside", metavar="SIDE", help=INSIDE)] = "above",
     open_: Annotated[bool, Option("--open", help="Leave the mesh open where the body leaves the scan.")] = False,
     *,
     reading: Reading,
 ) -> None:
-    """Make a mesh of the surface of a body in a scan: closed, manifold, facing outwards.
+    """Make a mesh of the surface of a body in a scan: closed, manifold, facing outwards; of labels a smooth one.
 
     `intaglio surface ct.nii.gz --iso 300 -o bone.stl`
 
@@ -43,7 +41,6 @@ def surface(
     """
     from intaglio.io.mesh_files import SAVED
     from intaglio.io.plates import check_output
-    from intaglio.solid.edt import signed_distance
     from intaglio.solid.surface import surface as surface_of
 
     check_output(output, SAVED)
@@ -51,16 +48,14 @@ def surface(
         raise BadParameter("cannot be given together with --iso", param_hint="'--label'")
     if inside not in ("above", "below"):
         raise BadParameter(f"must be above or below, not {inside!r}", param_hint="'--inside'")
-    side: Any = inside
+    ranges = label_ranges(label) if label is not None else []
     with running() as steps:
         volume = read(steps, scan, reading)
-        level = _body(volume) if iso is None and label is None else iso
-        if label is not None:
-            with steps.step("measuring") as progress:
-                volume = signed_distance(volume, label, progress=progress)
-            level, side = 0.0, "below"
+        body: dict[str, Any] = {"label": present(ranges, volume), "smooth": smooth}
+        if not ranges:
+            body = {"iso": _body(volume) if iso is None else iso, "inside": inside}
         with steps.step("extracting") as progress:
-            mesh = surface_of(volume, level, inside=side, cap=not open_, progress=progress)
+            mesh = surface_of(volume, **body, cap=not open_, progress=progress)
         with steps.step("writing"):
             mesh.save(output)
     out.print(f"{output}  {len(mesh.triangles)} triangles, {len(mesh.vertices)} vertices, {steps.summary()}", markup=False)

@@ -126,10 +126,15 @@ def surface_of(text: str, styled: Callable[[str | None], Hatching]) -> dict[str,
 def label_of(text: str, styled: Callable[[str | None], Hatching]) -> dict[str, Any]:
     """What a `--label` says, as keywords of a Part; a range of labels as one, to be resolved by `present`."""
     where, look = _look(text, "--label", styled)
-    ranges = [re.fullmatch(r"(\d+)(?:-(\d+))?", part.strip()) for part in where.split(",")]
+    return {"label": label_ranges(where), "name": f"label {where}", **look}
+
+
+def label_ranges(text: str) -> list[range]:
+    """What 26-33,77 says."""
+    ranges = [re.fullmatch(r"(\d+)(?:-(\d+))?", part.strip()) for part in text.split(",")]
     if not all(ranges):
         raise BadParameter(f"must begin with numbers of labels such as 5, 2,3 or 26-33,77, not {text!r}", param_hint="'--label'")
-    return {"label": [range(int(r[1]), int(r[2] or r[1]) + 1) for r in ranges if r], "name": f"label {where}", **look}
+    return [range(int(r[1]), int(r[2] or r[1]) + 1) for r in ranges if r]
 
 
 def present(ranges: list[range], volume: Volume) -> tuple[int, ...]:

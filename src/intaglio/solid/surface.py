@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,7 @@ from intaglio.mesh import TriangleMesh
 from intaglio.sampling import trilinear
 from intaglio.solid.cubes import cube_triangles
 from intaglio.solid.field import Side, check_level, stages
+from intaglio.solid.labels import label_distance
 from intaglio.volume import Volume, check_volume
 
 # A vertex stays this part of a voxel's distance away from the voxels at its edge's ends, so that no triangle is without area.
@@ -220,6 +222,8 @@ def surface(
     volume: Volume,
     iso: float | None = None,
     *,
+    label: int | Collection[int] | None = None,
+    smooth: bool = True,
     inside: Side | None = None,
     cap: bool = True,
     progress: Progress | None = None,
@@ -227,6 +231,9 @@ def surface(
     """The isosurface of a volume as triangles, counter-clockwise seen from outside, in RAS+ mm, with normals of the field.
 
     iso     None for the body of a distance field (below 0) or a mask (set voxels); a value for that of a scan (from it up)
+    label   instead of iso: the value, or several for one body of all, whose voxels are the body in a label volume
+    smooth  labels without the steps of their voxels, by `label_distance`: what is three voxels wide or more is smoothed over two
+            voxels, vertices move by a voxel and a half at most, the volume stays. False for the faces between voxels
     inside  on which side of the isovalue the body is, where that guess is wrong
     cap     close the mesh where the body leaves the grid, at the outermost voxels; open there otherwise
     Every edge has two triangles (one, where the mesh is open), every vertex one fan of them: a manifold. Vertices lie where
@@ -234,6 +241,12 @@ def surface(
     Marching cubes; where a face is ambiguous, the body is parted. InputError if iso is outside the volume's values.
     """
     check_volume(volume)
+    if label is not None:
+        if iso is not None or inside is not None:
+            raise InputError("label must stand alone, without iso and inside")
+        labelling, progress = stages(progress, 2)
+        labels = label if isinstance(label, Collection) else (label,)
+        volume = label_distance(volume, labels, smooth=smooth, progress=labelling)
     level, side = check_level(volume, iso, inside)
     sign, pad = np.float32(side), int(cap)
     voxels = frozen(volume.samples.astype(np.float32, copy=False))

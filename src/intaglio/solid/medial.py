@@ -14,6 +14,8 @@ from intaglio.errors import InputError
 from intaglio.solid.field import check_field, grid_spacing
 from intaglio.volume import Volume
 
+# By how much one axis has to be more across a sheet than the one before.
+TIE = 1.02
 # Voxels below the surface where the axis begins; above, steps of the grid pass for two sides.
 SHALLOW = 1.5
 
@@ -66,8 +68,10 @@ def _medial(begin, end, voxels, spacing, shallow, least, out):  # type: ignore[n
                     if there < here or (there == here and step < 0):
                         continue
                     u, v, w = _upwards(voxels, spacing, i, j, k)
-                    apart = step * (u - a if side < 2 else v - b if side < 4 else w - c)
-                    if apart > 0.0 and a * u + b * v + c * w < least:
+                    # Along the axis that is most across the sheet; the others would make stairs of it. Of equal ones the first.
+                    p, q, r = TIE * TIE * (u - a), TIE * (v - b), w - c
+                    apart = step * (p if side < 2 else q if side < 4 else r)
+                    if apart > 0.0 and apart >= max(abs(p), max(abs(q), abs(r))) and a * u + b * v + c * w < least:
                         out[z, y, x] = 1
                         break
 

@@ -54,13 +54,20 @@ def _differ(a, b, count):  # type: ignore[no-untyped-def]
 
 
 @helper
-def _codes(low, high, y, code):  # type: ignore[no-untyped-def]
-    """The corners of a row of cells, four bits for each x; false if the surface does not pass through the row."""
-    total = np.int32(0)
+def _codes(low, high, y, code, cases):  # type: ignore[no-untyped-def]
+    """The corners of a row of cells, eight bits for each; 0 for those within the body, too."""
     for x in range(code.size):
         code[x] = low[y, x] | low[y + 1, x] << np.uint8(1) | high[y, x] << np.uint8(2) | high[y + 1, x] << np.uint8(3)
-        total += np.int32(code[x])
-    return total != 0 and total != 15 * code.size
+    for x in range(code.size - 1):
+        case = np.uint8(code[x] | code[x + 1] << np.uint8(4))
+        cases[x] = np.uint8(0) if case == np.uint8(255) else case
+
+
+@helper
+def _row(width):  # type: ignore[no-untyped-def]
+    """Bytes for a row, and the same by eights, of which most are 0 and are passed over together."""
+    marks = np.zeros(-(-width // 8) * 8, np.uint8)
+    return marks, marks.view(np.uint64)
 
 
 @kernel
@@ -71,6 +78,7 @@ def _count(begin, end, voxels, pad, iso, sign, number, counts):  # type: ignore[
     low = np.empty((height, width), np.uint8)
     high = np.empty((height, width), np.uint8)
     code = np.empty(width, np.uint8)
+    cases, words = _row(width)
     _load(voxels, begin, pad, iso, sign, value, low)
     for z in range(begin, end):
         flat = np.int32(0)
@@ -86,9 +94,13 @@ def _count(begin, end, voxels, pad, iso, sign, number, counts):  # type: ignore[
         triangles = np.int32(0)
         for y in range(height):
             upright += _differ(low[y], high[y], width)
-            if y + 1 < height and _codes(low, high, y, code):
-                for x in range(width - 1):
-                    triangles += np.int32(number[code[x] | code[x + 1] << np.uint8(4)])
+            if y + 1 == height:
+                break
+            _codes(low, high, y, code, cases)
+            for w in range(words.size):
+                if words[w] != 0:
+                    for x in range(8 * w, 8 * w + 8):
+                        triangles += np.int32(number[cases[x]])
         counts[z, 1] = upright
         counts[z, 2] = triangles
         low, high = high, low
@@ -101,29 +113,34 @@ def _cut(a, b):  # type: ignore[no-untyped-def]
 
 
 @helper
-def _flat_vertices(z, pad, value, inside, start, write, along_x, along_y, vertices):  # type: ignore[no-untyped-def]
+def _flat_vertices(z, pad, value, inside, start, write, along_x, along_y, vertices, marks, words):  # type: ignore[no-untyped-def]
     """Number the crossings in a slice from `start`, in the order of its voxels, and place them."""
     height, width = value.shape
     n = start
     for y in range(height):
         below = min(y + 1, height - 1)
-        if _differ(inside[y], inside[y, 1:], width - 1) + _differ(inside[y], inside[below], width) == 0:
-            continue
-        for x in range(width):
-            if x + 1 < width and inside[y, x] != inside[y, x + 1]:
-                along_x[y, x] = n
-                if write:
-                    vertices[n, 0] = np.float32(x - pad) + _cut(value[y, x], value[y, x + 1])
-                    vertices[n, 1] = y - pad
-                    vertices[n, 2] = z - pad
-                n += 1
-            if inside[y, x] != inside[below, x]:
-                along_y[y, x] = n
-                if write:
-                    vertices[n, 0] = x - pad
-                    vertices[n, 1] = np.float32(y - pad) + _cut(value[y, x], value[below, x])
-                    vertices[n, 2] = z - pad
-                n += 1
+        here, there = inside[y], inside[below]
+        for x in range(width - 1):
+            marks[x] = (here[x] ^ here[x + 1]) | (here[x] ^ there[x]) << np.uint8(1)
+        marks[width - 1] = (here[width - 1] ^ there[width - 1]) << np.uint8(1)
+        for w in range(words.size):
+            if words[w] == 0:
+                continue
+            for x in range(8 * w, 8 * w + 8):
+                if marks[x] & 1:
+                    along_x[y, x] = n
+                    if write:
+                        vertices[n, 0] = np.float32(x - pad) + _cut(value[y, x], value[y, x + 1])
+                        vertices[n, 1] = y - pad
+                        vertices[n, 2] = z - pad
+                    n += 1
+                if marks[x] & 2:
+                    along_y[y, x] = n
+                    if write:
+                        vertices[n, 0] = x - pad
+                        vertices[n, 1] = np.float32(y - pad) + _cut(value[y, x], value[below, x])
+                        vertices[n, 2] = z - pad
+                    n += 1
 
 
 @kernel
@@ -135,44 +152,51 @@ def _build(begin, end, voxels, pad, iso, sign, number, corners, starts, vertices
     low = np.empty((height, width), np.uint8)
     high = np.empty((height, width), np.uint8)
     code = np.empty(width, np.uint8)
+    marks, words = _row(width)
     # Which vertex is on the x and y edges of the two slices, and on the z edges between.
     x_low, y_low, x_high, y_high, upright = np.empty((5, height, width), np.int32)
     _load(voxels, begin, pad, iso, sign, low_value, low)
-    _flat_vertices(begin, pad, low_value, low, starts[begin, 0], True, x_low, y_low, vertices)
+    _flat_vertices(begin, pad, low_value, low, starts[begin, 0], True, x_low, y_low, vertices, marks, words)
     for z in range(begin, end):
         if z + 1 == starts.shape[0] - 1:
             break
         _load(voxels, z + 1, pad, iso, sign, high_value, high)
-        _flat_vertices(z + 1, pad, high_value, high, starts[z + 1, 0], z + 1 < end, x_high, y_high, vertices)
+        _flat_vertices(z + 1, pad, high_value, high, starts[z + 1, 0], z + 1 < end, x_high, y_high, vertices, marks, words)
         n = starts[z, 1]
         t = starts[z, 2]
         for y in range(height):
-            if _differ(low[y], high[y], width) == 0:
-                continue
             for x in range(width):
-                if low[y, x] != high[y, x]:
-                    upright[y, x] = n
-                    vertices[n, 0] = x - pad
-                    vertices[n, 1] = y - pad
-                    vertices[n, 2] = np.float32(z - pad) + _cut(low_value[y, x], high_value[y, x])
-                    n += 1
+                marks[x] = low[y, x] ^ high[y, x]
+            for w in range(words.size):
+                if words[w] == 0:
+                    continue
+                for x in range(8 * w, 8 * w + 8):
+                    if marks[x]:
+                        upright[y, x] = n
+                        vertices[n, 0] = x - pad
+                        vertices[n, 1] = y - pad
+                        vertices[n, 2] = np.float32(z - pad) + _cut(low_value[y, x], high_value[y, x])
+                        n += 1
+        marks[width - 1] = 0
         for y in range(height - 1):
-            if not _codes(low, high, y, code):
-                continue
-            for x in range(width - 1):
-                case = code[x] | code[x + 1] << np.uint8(4)
-                for k in range(3 * number[case]):
-                    edge = corners[case, k]
-                    i = edge & 1
-                    j = edge >> 1 & 1
-                    if edge < 4:
-                        vertex = x_high[y + i, x] if j else x_low[y + i, x]
-                    elif edge < 8:
-                        vertex = y_high[y, x + i] if j else y_low[y, x + i]
-                    else:
-                        vertex = upright[y + j, x + i]
-                    triangles[t + k // 3, k % 3] = vertex
-                t += number[case]
+            _codes(low, high, y, code, marks)
+            for w in range(words.size):
+                if words[w] == 0:
+                    continue
+                for x in range(8 * w, 8 * w + 8):
+                    case = marks[x]
+                    for k in range(3 * number[case]):
+                        edge = corners[case, k]
+                        i = edge & 1
+                        j = edge >> 1 & 1
+                        if edge < 4:
+                            vertex = x_high[y + i, x] if j else x_low[y + i, x]
+                        elif edge < 8:
+                            vertex = y_high[y, x + i] if j else y_low[y, x + i]
+                        else:
+                            vertex = upright[y + j, x + i]
+                        triangles[t + k // 3, k % 3] = vertex
+                    t += number[case]
         low, high = high, low
         low_value, high_value = high_value, low_value
         x_low, x_high = x_high, x_low

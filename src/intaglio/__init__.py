@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from intaglio.solid.bricks import sparse_field as sparse_field
     from intaglio.solid.csg import difference as difference, intersection as intersection, union as union
     from intaglio.solid.edt import signed_distance as signed_distance
+    from intaglio.solid.labels import label_distance as label_distance
     from intaglio.solid.medial import medial_axis as medial_axis
     from intaglio.solid.mesh_distance import distance_field as distance_field
     from intaglio.solid.morph import morph as morph
@@ -80,6 +81,7 @@ _PUBLIC = {
     "illustrate": "plate",
     "intersection": "solid.csg",
     "isosurface": "rendering.isosurface",
+    "label_distance": "solid.labels",
     "medial_axis": "solid.medial",
     "morph": "solid.morph",
     "offset": "solid.offset",

@@ -35,7 +35,9 @@ def _mask_of(volume: Volume, labels: Collection[int]) -> NDArray[np.bool_]:
     return mask
 
 
-def label_distance(volume: Volume, labels: Collection[int], *, smooth: bool = True, progress: Progress | None = None) -> Volume:
+def label_distance(
+    volume: Volume, labels: int | Collection[int], *, smooth: bool = True, progress: Progress | None = None
+) -> Volume:
     """Signed distance in mm, negative inside, of the body that some labels of a label volume cover together.
 
     Smoothed over two voxels, so that their steps are gone; over less where the body or the gap beside it is only a few
@@ -44,6 +46,7 @@ def label_distance(volume: Volume, labels: Collection[int], *, smooth: bool = Tr
     most. The volume is that of the voxels. Cropped to the body. smooth=False gives the distance to the faces between voxels.
     InputError for labels that are not there, and for grids whose axes are not perpendicular.
     """
+    labels = labels if isinstance(labels, Collection) else (labels,)
     mask = _mask_of(volume, labels)
     box = around(mask)
     names = ", ".join(str(label) for label in labels)

@@ -269,8 +269,7 @@ def surface(
         if iso is not None or inside is not None:
             raise InputError("label must stand alone, without iso and inside")
         labelling, progress = stages(progress, 2)
-        labels = label if isinstance(label, Collection) else (label,)
-        volume = label_distance(volume, labels, smooth=smooth, progress=labelling)
+        volume = label_distance(volume, label, smooth=smooth, progress=labelling)
     level, side = check_level(volume, iso, inside)
     sign, pad = np.float32(side), int(cap)
     voxels = frozen(volume.samples.astype(np.float32, copy=False))

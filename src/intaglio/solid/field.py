@@ -43,7 +43,7 @@ def check_level(volume: Volume, iso: float | None, inside: Side | None) -> tuple
         raise InputError(f"{volume.name}: voxels are NaN or infinite; replace them with fill=VALUE when reading")
     if iso is None and volume.array.dtype.kind in "iu":
         raise InputError(
-            f"{volume.name}: iso must be given for voxels of {volume.array.dtype}; for labels take signed_distance first"
+            f"{volume.name}: iso must be given for voxels of {volume.array.dtype}; for one of its labels give label="
         )
     level = iso if iso is not None else 0.5 if mask else 0.0
     if not low <= level <= high or low == high:

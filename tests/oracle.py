@@ -492,3 +492,15 @@ def winding_number(points: ArrayLike, vertices: ArrayLike, triangles: ArrayLike)
         dots = np.einsum("ij,ij->i", a, b) * lc + np.einsum("ij,ij->i", b, c) * la + np.einsum("ij,ij->i", c, a) * lb
         total += np.arctan2(volume, la * lb * lc + dots) / (2 * np.pi)
     return total
+
+
+def margin(edge: ArrayLike, reach: float) -> Array:
+    """(h, w) pixels from each pixel's centre to the nearest crossing of the G-buffer's edges (h, w, 2), at most `reach`."""
+    crossing = np.asarray(edge, dtype=np.float64)
+    y, x, side = np.nonzero(crossing >= 0)
+    part = crossing[y, x, side]
+    v, u = np.indices(crossing.shape[:2])
+    if len(part) == 0:
+        return np.full(u.shape, reach)
+    far = np.hypot(u[..., None] - (x + part * (1 - side)), v[..., None] - (y + part * side)).min(axis=2)
+    return np.minimum(far, reach)

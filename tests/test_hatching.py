@@ -247,7 +247,7 @@ def test_width_and_opacity_stay_within_what_is_asked(name, torus):
 @each_style
 def test_strokes_thin_out_unless_they_end_at_a_contour(name, torus):
     hatching = plain(name, wobble=0.0)
-    room = margin(torus, 50.0)
+    room = margin(torus.edge, 50.0)
     blunt = 0
     for _, stroke in strokes_of(draw(torus, hatching, width_mm=PLATE)):
         near = sample(room, (stroke.points[[0, -1]] / MM).astype(np.float32)) * MM < 0.5 * hatching.thickest + 2 * MM

@@ -18,6 +18,7 @@ from intaglio.gbuffer import GBuffer
 from intaglio.ink.carry import bent
 from intaglio.ink.direction import direction_field
 from intaglio.ink.margin import margin
+from intaglio.ink.section import section_darkness, section_layer
 from intaglio.ink.smoothing import blurred
 from intaglio.ink.streamlines import Streamlines, streamlines
 from intaglio.ink.styles import Hatching
@@ -36,6 +37,7 @@ def darkness(gb: GBuffer, hatching: Hatching, mm_per_pixel: float) -> Floats:
 
     From the light, averaged a little on each surface so that noise does not break strokes, less the light that hollows
     of a radius up to a few mm on paper do not get. On paper darker than the ink, strokes are where it is bright.
+    Sections have tones of their own, see `section_darkness`.
     """
     light = gb.brightness
     if hatching.hollows > 0:
@@ -45,7 +47,8 @@ def darkness(gb: GBuffer, hatching: Hatching, mm_per_pixel: float) -> Floats:
     d = np.clip((hatching.white - light) / (hatching.white - hatching.black), 0.0, 1.0)
     if hatching.bright:
         d = 1.0 - d
-    return np.where(gb.mask, tones(hatching)[-1].end * d**hatching.contrast, 0.0).astype(np.float32)
+    dark = np.where(gb.mask, tones(hatching)[-1].end * d**hatching.contrast, 0.0).astype(np.float32)
+    return np.where(gb.cut, section_darkness(gb, hatching, mm_per_pixel), dark) if gb.cut.any() else dark
 
 
 def tones(hatching: Hatching) -> list[Tone]:
@@ -104,7 +107,6 @@ def hatched(
     laid: list[Streamlines] = []
     beside: dict[float, Floats] = {}
     printed: list[Printed] = []
-    room = margin(gb, 0.5 * hatching.thickest / mm_per_pixel + 2.0)
     plan = tones(hatching)
     finest = min(tone.separation for tone in plan)
     if finest < mm_per_pixel:
@@ -112,6 +114,10 @@ def hatched(
             f"lines {finest:.3g} mm apart need pixels of at most that size on paper, not {mm_per_pixel:.3g} mm: "
             "use a larger image (--size), smaller paper (--width) or a wider separation"
         )
+    room = margin(gb.border, 0.5 * hatching.thickest / mm_per_pixel + 2.0)
+    if gb.cut.any():
+        layers.append(section_layer(gb, np.where(gb.cut, dark, np.float32(0.0)), room, hatching, mm_per_pixel, [seed, len(plan)]))
+        dark[gb.cut] = 0.0
     for done, tone in enumerate(plan):
         if progress:
             progress(done, len(plan))
@@ -120,7 +126,7 @@ def hatched(
             field,
             tone.separation / mm_per_pixel,
             allowed=dark > max(tone.begin - 2 * hatching.ragged, 0.0),
-            edge=gb.edge,
+            edge=gb.border,
             test=hatching.evenness,
             beside=beside.get(tone.angle),
             kept=bent(kept[done], field) if kept else None,

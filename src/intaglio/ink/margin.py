@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from intaglio.compute import kernel, strips
-from intaglio.gbuffer import GBuffer
 
 
 @kernel
@@ -31,9 +30,8 @@ def _spread(y0, y1, edge, reach, out):  # type: ignore[no-untyped-def]
                         out[j, i] = min(out[j, i], np.float32(math.sqrt(dx * dx + dy * dy)))
 
 
-def margin(gb: GBuffer, reach: float) -> NDArray[np.float32]:
-    """(h, w) pixels from each pixel's centre to the nearest contour of the G-buffer, `reach` where it is farther."""
-    h, w = gb.depth.shape
-    out = np.full((h, w), reach, dtype=np.float32)
-    strips(_spread, h, gb.edge, float(reach), out, size=64)
+def margin(edge: NDArray[np.float32], reach: float) -> NDArray[np.float32]:
+    """(h, w) pixels from each pixel's centre to the nearest crossing of a G-buffer's edges (h, w, 2), at most `reach`."""
+    out = np.full(edge.shape[:2], reach, dtype=np.float32)
+    strips(_spread, len(edge), edge, float(reach), out, size=64)
     return out

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from intaglio.drawing import Strokes
-from intaglio.ink.density import LineDensity, line_density
+from intaglio.ink.density import Ground, LineDensity
 from intaglio.ink.streamlines import Streamlines
 from intaglio.ink.strokes import arc_length, lifted, line_of, pack, reversed_where, runs, sample, sideways, taper, wander
 from intaglio.ink.styles import Hatching
@@ -101,16 +101,15 @@ def toned(
     # More than 1 where the layers before lack tone, or the next ones are to add some: lines that lie densely can carry it.
     load = np.maximum(_owed(cut, tone, printed, hatching), least)
     free = ends * np.minimum(widest / (hatching.thickest * np.minimum(load, 1.0) ** (1.0 - hatching.pressure)), 1.0)
-    region = dark > tone.begin + early * (tone.end - tone.begin)
-    separation = tone.separation / mm_per_pixel
-    density = line_density(cut.points, free, offsets, region, separation).at(cut.points)
+    ground = Ground.of(dark > tone.begin + early * (tone.end - tone.begin), tone.separation / mm_per_pixel)
+    density = ground.lines(cut.points, free, offsets).at(cut.points)
     # Where lines lie less densely than planned, they are heavier, and the other way round.
     planned = np.float32(tone.lines * mm_per_pixel)
     load = np.clip(load * planned / np.maximum(density, 0.6 * planned), least, 1.0)
     width = np.minimum(hatching.thickest * load ** (1.0 - hatching.pressure) * ends, widest)
     opacity = hatching.opacity * load**hatching.pressure
-    cover = line_density(cut.points, (width * opacity / mm_per_pixel).astype(np.float32), offsets, region, separation)
-    printed.append(Printed(tone.angle, cover))
+    cover = (width * opacity / mm_per_pixel).astype(np.float32)
+    printed.append(Printed(tone.angle, ground.lines(cut.points, cover, offsets)))
     return pack(points, width, np.asarray(opacity, dtype=np.float32), offsets)
 
 

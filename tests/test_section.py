@@ -106,11 +106,12 @@ def test_on_dark_paper_dense_matter_has_more_of_the_light_ink():
 def test_lines_of_a_plane_section_are_straight_and_parallel():
     hatching = plain("pen-and-ink")
     layers = {layer.name: layer.strokes for layer in hatching_layers(opened(), hatching, MM)}
-    turn = [np.arctan2(*(s.points[-1] - s.points[0])[::-1]) for s in layers["section"]]
+    long = [s for s in layers["section"] if np.linalg.norm(s.points[-1] - s.points[0]) > 10]
+    turn = [np.arctan2(*(s.points[-1] - s.points[0])[::-1]) for s in long]
     assert np.ptp(np.degrees(turn) % 180) < 1.0
     assert np.degrees(turn[0]) % 180 == pytest.approx(135, abs=1)
     # Distances of neighbours across the lines are all the same.
-    across = np.sort([s.points.mean(axis=0) @ [np.sqrt(0.5), np.sqrt(0.5)] for s in layers["section"]])
+    across = np.sort([s.points.mean(axis=0) @ [np.sqrt(0.5), np.sqrt(0.5)] for s in long])
     np.testing.assert_allclose(np.diff(across), hatching.separation, rtol=0.15)
 
 
@@ -132,7 +133,7 @@ def test_surface_hatching_stays_out_of_sections_and_lines_do_not_cross_the_rim()
     gb = opened(0.0, (0.5, 1, 0.8))
     for layer in hatching_layers(gb, plain("engraving"), MM):
         x, y = (layer.strokes.points / np.float32(MM)).astype(int).T
-        assert len(x) > 30
+        assert len(x) > 30 or layer.name == "crosshatching 1"  # of which a cut ball may have none
         assert (gb.cut[y, x] == (layer.name == "section")).all()
 
 

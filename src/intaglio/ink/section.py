@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -48,7 +50,9 @@ def section_layer(gb: GBuffer, dark: Floats, room: Floats, hatching: Hatching, m
     lines = streamlines(
         _slices(gb), tone.separation / mm_per_pixel, allowed=dark > 0.0, edge=gb.border, test=max(hatching.evenness, EVENNESS)
     )
-    return Layer(tone.name, toned(lines, dark, room, tone, [], hatching, mm_per_pixel, seed), colour=hatching.ink)
+    # Narrow faces are ruled as wide ones are.
+    short = replace(hatching, shortest=min(0.5 * tone.separation, hatching.shortest))
+    return Layer(tone.name, toned(lines, dark, room, tone, [], short, mm_per_pixel, seed), colour=hatching.ink)
 
 
 def _slices(gb: GBuffer) -> Floats:

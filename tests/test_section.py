@@ -71,7 +71,7 @@ def test_denser_is_nearer_to_one():
 
 
 def test_distances_have_even_sections():
-    volume = oracle.sampled(oracle.Sphere(18.0).field, (48, 48, 48))
+    volume = oracle.sampled(lambda p: -oracle.Sphere(18.0).field(p), (48, 48, 48))
     gb = isosurface(volume, 0.0, Camera.looking("anterior", volume, 100), inside="below", selections=[FRONT])
     assert gb.cut.any()
     assert (gb.section[gb.cut] == 0.5).all()
@@ -144,6 +144,17 @@ def test_the_rim_is_drawn_where_a_section_meets_the_surface():
     assert len(rim) >= 1
     assert sample(edge.astype(np.float32), rim.points / np.float32(MM)).max() < 3
     assert not [layer for layer in line_layers(isosurface(ball(), 0.5, gb.camera), Hatching(), MM) if layer.name == "rim"]
+
+
+def test_the_rim_where_the_scan_ends_lies_where_it_does():
+    volume = oracle.sampled(oracle.Cylinder(15.0, (0.0, 0.0, 1.0)).field, (30, 48, 48))
+    camera = Camera.looking((0.0, 1.0, 1.0), volume, 120)
+    lines = line_layers(isosurface(volume, 0.0, camera), Hatching(), MM)
+    points = next(layer.strokes.points for layer in lines if layer.name == "rim") / MM
+    angle = np.radians(np.arange(20, 161))
+    rim = camera.project(np.stack([15 * np.cos(angle), 15 * np.sin(angle), np.full(len(angle), 14.5)], axis=1))[:, :2]
+    # Half way between two pixels, and smoothed.
+    assert np.linalg.norm(points[:, None] - rim[None], axis=2).min(axis=0).max() < 1.2
 
 
 def test_a_cut_scan_in_every_style(shared):

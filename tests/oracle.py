@@ -507,3 +507,15 @@ def may_change_sides(mask: np.ndarray) -> np.ndarray:
         hard = border & ~ndimage.binary_dilation(side & ~border, cross)
         loose |= border & ~ndimage.binary_dilation(hard, cube)
     return loose[4:-4, 4:-4, 4:-4]
+
+
+def margin(edge: ArrayLike, reach: float) -> Array:
+    """(h, w) pixels from each pixel's centre to the nearest crossing of the G-buffer's edges (h, w, 2), at most `reach`."""
+    crossing = np.asarray(edge, dtype=np.float64)
+    y, x, side = np.nonzero(crossing >= 0)
+    part = crossing[y, x, side]
+    v, u = np.indices(crossing.shape[:2])
+    if len(part) == 0:
+        return np.full(u.shape, reach)
+    far = np.hypot(u[..., None] - (x + part * (1 - side)), v[..., None] - (y + part * side)).min(axis=2)
+    return np.minimum(far, reach)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from intaglio.ink.density import line_density
+from intaglio.ink.density import Ground
 
 
 def parallels(spacing, size, step=1.0):
@@ -25,7 +25,7 @@ def inside(size, border):
 def test_parallel_lines_have_one_over_their_distance(separation, evenness):
     size, spacing = (120, 150), evenness * separation
     points, offsets = parallels(spacing, size)
-    density = line_density(points, np.ones(len(points), np.float32), offsets, np.ones(size, bool), separation)
+    density = Ground.of(np.ones(size, bool), separation).lines(points, np.ones(len(points), np.float32), offsets)
     # Lines a third farther apart than they should be are seen one by one, a little.
     np.testing.assert_allclose(density.at(inside(size, 20)) * spacing, 1.0, atol=0.02 if evenness <= 1 else 0.08)
     # Up to the border, where half of what is averaged is not there.
@@ -36,7 +36,7 @@ def test_weights_count_as_parts_of_a_line():
     size = (80, 90)
     points, offsets = parallels(4.0, size)
     weight = (points[:, 0] / 90).astype(np.float32)
-    density = line_density(points, weight, offsets, np.ones(size, bool), 4.0)
+    density = Ground.of(np.ones(size, bool), 4.0).lines(points, weight, offsets)
     at = inside(size, 15)
     np.testing.assert_allclose(density.at(at) * 4.0, at[:, 0] / 90, atol=0.02)
 
@@ -48,7 +48,7 @@ def test_what_is_not_to_be_filled_does_not_count():
     region = np.zeros(size, bool)
     region[:, :60] = True
     half = np.concatenate([[0], np.cumsum(left.reshape(len(offsets) - 1, -1).sum(axis=1))])
-    density = line_density(points[left], np.ones(left.sum(), np.float32), half, region, 4.0)
+    density = Ground.of(region, 4.0).lines(points[left], np.ones(left.sum(), np.float32), half)
     at = inside((100, 60), 10)
     np.testing.assert_allclose(density.at(at) * 4.0, 1.0, atol=0.03)
     edge = np.stack([np.full(30, 58.0), np.linspace(20, 80, 30)], axis=1).astype(np.float32)
@@ -58,5 +58,5 @@ def test_what_is_not_to_be_filled_does_not_count():
 def test_no_lines_no_density():
     none = np.zeros((0, 2), np.float32)
     for region in (np.ones((7, 5), bool), np.zeros((1, 1), bool)):
-        density = line_density(none, none[:, 0], np.zeros(1, np.int64), region, 3.0)
+        density = Ground.of(region, 3.0).lines(none, none[:, 0], np.zeros(1, np.int64))
         assert (density.at(np.array([[0.5, 0.5], [99, -3]], np.float32)) == 0).all()

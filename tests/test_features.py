@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import oracle
 import pytest
@@ -106,15 +108,15 @@ def test_what_bends_less_than_asked_has_no_line(kind):
     assert len(feature_lines(gb, kind, sigma=1.0, least=1.01 * strength.max())[1]) == 0
 
 
-def test_where_a_face_of_the_scan_cuts_the_body_there_is_a_ridge():
-    volume = oracle.sampled(oracle.Cylinder(15.0, (0.0, 0.0, 1.0)).field, (30, 48, 48))
-    camera = Camera.looking((0.0, 1.0, 1.0), volume, 120)
-    points = feature_lines(isosurface(volume, 0.0, camera), "ridge", sigma=1.0, least=0.5)[0]
-    angle = np.radians(np.arange(20, 161))
-    rim = camera.project(np.stack([15 * np.cos(angle), 15 * np.sin(angle), np.full(len(angle), 14.5)], axis=1))[:, :2]
-    distance = np.linalg.norm(points[:, None] - rim[None], axis=2)
-    # Half way between two pixels of different normals.
-    assert distance.min(axis=0).max() < 1.0
+def test_a_fold_between_two_pixels_is_a_ridge_unless_it_is_the_rim_of_a_section():
+    gb = oracle.sheet((40, 60))
+    side = np.where(np.arange(60) < 25, -0.6, 0.6)[:, None] * gb.camera.right
+    gb.normal[:] = side - 0.8 * gb.camera.forward
+    points, _, offsets = feature_lines(gb, "ridge", sigma=1.0, least=0.5)
+    assert len(offsets) == 2
+    np.testing.assert_allclose(points[:, 0], 25.0)
+    gb.section[:, :25] = 0.5
+    assert len(feature_lines(dataclasses.replace(gb), "ridge", sigma=1.0, least=0.5)[0]) == 0
 
 
 @each_kind

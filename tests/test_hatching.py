@@ -31,6 +31,7 @@ from intaglio import (
 from intaglio.datasets import head
 from intaglio.ink.hatching import darkness, hatching_layers, tones
 from intaglio.ink.lines import line_layers
+from intaglio.ink.margin import margin
 from intaglio.ink.strokes import sample
 from intaglio.ink.styles import style
 from intaglio.plate import PLATE_LIGHTS, PLATE_MATERIAL
@@ -165,7 +166,8 @@ def assert_prints_what_is_asked(gb: GBuffer, name: str, mm: float) -> None:
     a, b = (ndimage.gaussian_filter(np.where(gb.mask, tone, 0.0), 15) / np.maximum(near, 1e-3) for tone in (asked, printed))
     inner = gb.mask & (near > 0.7)
     assert np.abs(a - b)[inner].mean() < 0.04
-    assert np.corrcoef(a[inner], b[inner])[0, 1] > 0.96
+    # What lies between two contours nearer to one another than a line is wide cannot be as dark as it is asked to be.
+    assert np.corrcoef(a[inner], b[inner])[0, 1] > (0.96 if hatching.thickest < 1.5 else 0.94)
     # Paper beside the body stays white, but for half the width of a stroke.
     beside = 2 + round(0.5 * hatching.thickest / mm)
     assert printed[ndimage.binary_erosion(~gb.mask, iterations=beside)].max() < 0.01
@@ -240,7 +242,49 @@ def test_width_and_opacity_stay_within_what_is_asked(name, torus):
     for _, stroke in strokes_of(draw(torus, hatching, width_mm=PLATE)):
         assert stroke.width.max() <= hatching.thickest + 1e-6
         assert stroke.opacity.max() <= hatching.opacity + 1e-6
-        assert (stroke.width[[0, -1]] == 0).all() or hatching.taper == 0
+
+
+@each_style
+def test_strokes_thin_out_unless_they_end_at_a_contour(name, torus):
+    hatching = plain(name, wobble=0.0)
+    room = margin(torus.edge, 50.0)
+    blunt = 0
+    for _, stroke in strokes_of(draw(torus, hatching, width_mm=PLATE)):
+        near = sample(room, (stroke.points[[0, -1]] / MM).astype(np.float32)) * MM < 0.5 * hatching.thickest + 2 * MM
+        assert (stroke.width[[0, -1]][~near] == 0).all()
+        blunt += (stroke.width[[0, -1]] > 0).any()
+    assert blunt > 5
+
+
+@each_style
+@pytest.mark.parametrize("scene", ["torus", "step"])
+def test_ink_ends_where_the_surface_does(name, scene, torus):
+    """No stroke is wider than there is room for it, beside the body and at a step in its depth."""
+    gb = torus if scene == "torus" else step_in_depth()
+    hatching = plain(name)
+    y, x, side = np.nonzero(gb.edge >= 0)
+    part = gb.edge[y, x, side]
+    ends = np.stack([x + 0.5 + part * (1 - side), y + 0.5 + part * side], axis=1) * MM
+    drawing = draw(gb, hatching, width_mm=PLATE)
+    wide = 0
+    for _, stroke in strokes_of(drawing):
+        distance = np.linalg.norm(stroke.points[:, None].astype(np.float64) - ends[None], axis=2).min(axis=1)
+        # Distances between pixels are interpolated.
+        assert (0.5 * stroke.width <= distance + 0.75 * MM).all()
+        wide += (0.5 * stroke.width > 0.9 * distance).sum()
+    assert wide > 20
+    # With a contour ink may go on beneath it.
+    under = [s.width.max() for _, s in strokes_of(draw(gb, replace(hatching, contour=2.0), width_mm=PLATE))]
+    assert len(under) > 20
+
+
+def step_in_depth() -> GBuffer:
+    """A dark sheet whose right part lies farther back, level with the picture."""
+    gb = oracle.sheet((PIXELS, PIXELS), light=0.1)
+    right = np.broadcast_to(np.arange(PIXELS) > PIXELS // 2, (PIXELS, PIXELS))
+    gb.depth[right] += 30.0
+    oracle.mark_edges(gb, right)
+    return gb
 
 
 def test_layers_are_nested(torus):

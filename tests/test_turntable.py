@@ -196,7 +196,8 @@ def test_contours_by_hand_and_several_surfaces_do_not_boil(shared):
     assert by_hand > exactly - 0.12
     assert afresh < by_hand - 0.1
     assert moved_alike(parts, "skull: hatching", 0, degrees=1.0) > 0.5
-    assert moved_alike(parts, "skull: hatching", 0, False, 1.0) < 0.3
+    # By chance, as much as there is ink.
+    assert moved_alike(parts, "skull: hatching", 0, False, 1.0) < 0.33
 
 
 def nested(outer=1.0, inner=1.0):

@@ -12,6 +12,9 @@ from intaglio.camera import Camera
 
 Buffer = NDArray[np.float32]
 
+# Cosine of the angle from which on two faces of a section meet in a corner.
+CORNER = 0.9
+
 
 @dataclass(frozen=True, eq=False)
 class GBuffer:
@@ -25,6 +28,8 @@ class GBuffer:
     light           (.., 3) ambient, diffuse and specular
     edge            (.., 2) where depth jumps between this pixel's centre and the next one's, to the right
                     [0] and below [1]: the part of the way, 0..1, at which it does; NaN where it does not
+    section         where a tool or the end of the scan cuts through the body: how dense what is cut is among all of
+                    the body, 0..1; NaN on its surface and outside
     """
 
     camera: Camera
@@ -35,6 +40,7 @@ class GBuffer:
     view_curvature: Buffer
     light: Buffer
     edge: Buffer
+    section: Buffer
 
     @classmethod
     def empty(cls, camera: Camera) -> GBuffer:
@@ -53,12 +59,30 @@ class GBuffer:
             view_curvature=zeros(),
             light=zeros(3),
             edge=np.full((h, w, 2), np.nan, dtype=np.float32),
+            section=np.full((h, w), np.nan, dtype=np.float32),
         )
 
     @cached_property
     def mask(self) -> NDArray[np.bool_]:
         """Where the surface is."""
         return np.isfinite(self.depth)
+
+    @cached_property
+    def cut(self) -> NDArray[np.bool_]:
+        """Where a section is seen."""
+        return self.section >= 0.0
+
+    @cached_property
+    def border(self) -> Buffer:
+        """`edge`, and half-way between two pixels the rims of sections: where they meet the surface, and one another."""
+        if not self.cut.any():
+            return self.edge
+        out = self.edge.copy()
+        for side, here, there in ((0, np.s_[:, :-1], np.s_[:, 1:]), (1, np.s_[:-1, :], np.s_[1:, :])):
+            turned = np.einsum("yxc,yxc->yx", self.normal[here], self.normal[there]) < CORNER
+            rim = (self.cut[here] != self.cut[there]) | (self.cut[here] & turned)
+            out[*here, side][rim & self.mask[here] & self.mask[there] & np.isnan(out[*here, side])] = 0.5
+        return out
 
     @cached_property
     def brightness(self) -> Buffer:

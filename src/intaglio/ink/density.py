@@ -60,21 +60,30 @@ def _count(allowed, inverse, grid):  # type: ignore[no-untyped-def]
             grid[j, int((x + 0.5) * inverse)] += np.float32(allowed[y, x])
 
 
-def line_density(
-    points: Floats, weight: Floats, offsets: NDArray[np.int64], region: NDArray[np.bool_], separation: float
-) -> LineDensity:
-    """Density of lines about `separation` pixels apart.
+@dataclass(frozen=True, eq=False)
+class Ground:
+    """The area that lines are to fill, on a grid of cells, smoothed as they are, so that beside it nothing is missing."""
 
-    points (n, 2) in pixels; weight (n,) what part of its full width a line has there; region (h, w) the area that
-    the lines are to fill, so that beside it nothing is missing.
-    """
-    h, w = region.shape
-    cell = max(separation / CELLS, 1.0)
-    shape = int(h / cell) + 1, int(w / cell) + 1
-    length, area = np.zeros(shape, dtype=np.float32), np.zeros(shape, dtype=np.float32)
-    _lay(points, weight, offsets, 1.0 / cell, length)
-    _count(region.view(np.uint8), 1.0 / cell, area)
-    for part in (length, area):
-        ndimage.gaussian_filter(part, SPREAD * separation / cell, output=part, mode="constant", truncate=3.0)
-    length /= np.maximum(area, np.float32(1e-3))
-    return LineDensity(length, cell)
+    area: Floats
+    cell: float
+    spread: float
+
+    @classmethod
+    def of(cls, region: NDArray[np.bool_], separation: float) -> Ground:
+        """For lines about `separation` pixels apart in a region (h, w)."""
+        h, w = region.shape
+        cell = max(separation / CELLS, 1.0)
+        area = np.zeros((int(h / cell) + 1, int(w / cell) + 1), dtype=np.float32)
+        _count(region.view(np.uint8), 1.0 / cell, area)
+        spread = SPREAD * separation / cell
+        return cls(np.maximum(_smoothed(area, spread), np.float32(1e-3)), cell, spread)
+
+    def lines(self, points: Floats, weight: Floats, offsets: NDArray[np.int64]) -> LineDensity:
+        """Density of lines: points (n, 2) in pixels; weight (n,) of a line there, as a part of a whole one."""
+        length = np.zeros_like(self.area)
+        _lay(points, weight, offsets, 1.0 / self.cell, length)
+        return LineDensity(_smoothed(length, self.spread) / self.area, self.cell)
+
+
+def _smoothed(grid: Floats, spread: float) -> Floats:
+    return np.asarray(ndimage.gaussian_filter(grid, spread, mode="constant", truncate=3.0), dtype=np.float32)

@@ -154,7 +154,7 @@ def feature_lines(
     strips(_crests, h, channels, links, np.float32(least), max(1.5, sigma), crossing, size=32)
     if kind == "ridge":
         # Where a scan's face cuts through the body, the surface has an edge but no curvature.
-        strips(_creases, h, gb.normal, gb.depth, gb.edge, frame, CREASE, crossing, size=32)
+        strips(_creases, h, gb.normal, gb.depth, gb.border, frame, CREASE, crossing, size=32)
     order, offsets = chains(crossing, gb.depth)
     side = order % 2
     y, x = np.divmod(order // 2, w)

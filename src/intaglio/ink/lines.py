@@ -12,6 +12,7 @@ from intaglio.ink.beginnings import Beginnings
 from intaglio.ink.contours import occluding_contours
 from intaglio.ink.features import feature_lines
 from intaglio.ink.hand import drawn_by_hand
+from intaglio.ink.section import rim_layer
 from intaglio.ink.strokes import arc_length, pack, runs, smoothed, taper, weight_by_light
 from intaglio.ink.styles import Hatching
 from intaglio.ink.suggestive import suggestive_contours
@@ -38,6 +39,9 @@ def lined(
         layers.append(feature_layer(gb, mm_per_pixel, "suggestive", radius=radius, width=thin, shortest=4.0, colour=hatching.ink))
     if hatching.contour > 0:
         width, opacity = hatching.contour, hatching.contour_opacity
+        if gb.cut.any():
+            shortest = hatching.contour_shortest
+            layers.append(rim_layer(gb, mm_per_pixel, width=0.8 * width, shortest=shortest, colour=hatching.ink, opacity=opacity))
         if hatching.hand:
             drawn, beginnings = drawn_by_hand(
                 gb, hatching.hand, mm_per_pixel, width=width, opacity=opacity, bright=hatching.bright, seed=seed, kept=kept

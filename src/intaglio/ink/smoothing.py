@@ -73,7 +73,7 @@ def connections(gb: GBuffer) -> Field:
     if gb not in _links:
         h, w = gb.depth.shape
         links = np.zeros((2, h, w), dtype=np.float32)
-        strips(_connect, h, gb.normal, gb.edge, gb.depth, links, size=32)
+        strips(_connect, h, gb.normal, gb.border, gb.depth, links, size=32)
         _links[gb] = links
     return _links[gb]
 

@@ -85,11 +85,11 @@ STYLES: dict[str, Hatching] = {
     ),
     # Fine lines, nested, crossed in the shadows: copperplate.
     "engraving": Hatching(
-        layers=2, crosshatch=1, separation=0.8, thinnest=0.05, thickest=0.26, smoothing=7.0, contour=0.3, taper=1.0, angle=60.0,
+        layers=2, crosshatch=1, separation=0.8, thinnest=0.05, thickest=0.29, smoothing=7.0, contour=0.3, taper=1.0, angle=60.0,
     ),
     # Grey strokes of a hand's length that overlap, press harder in the dark and do not run quite straight.
     "pencil": Hatching(
-        layers=2, crosshatch=1, separation=0.75, thinnest=0.1, thickest=0.27, opacity=0.62, pressure=0.6, white=0.75,
+        layers=2, crosshatch=1, separation=0.75, thinnest=0.1, thickest=0.31, opacity=0.62, pressure=0.6, white=0.75,
         black=0.08, contrast=1.4, longest=16.0, wobble=0.07, ragged=0.06, taper=3.0, contour=0.32, contour_opacity=0.75,
         angle=40.0,
         ink="#2b2b2e", paper="#fbfaf6", brush="pencil", grain=0.55, hand=Hand(),

@@ -18,18 +18,21 @@ from intaglio.lighting import DEFAULT_LIGHTS, Light, Material, packed_lights
 from intaglio.rendering.cutting import cut_blocks, kept
 from intaglio.rendering.first_hit import first_hit, ray_at
 from intaglio.rendering.skipping import Inside, surface_blocks
-from intaglio.sampling import tricubic
+from intaglio.sampling import tricubic, trilinear
 from intaglio.selection import Selection, packed_selections
 from intaglio.volume import Volume, check_volume
 
 # A jump of depth by less than this many voxels is not a contour.
 MIN_JUMP = 1.5
+# Percentiles of a body's values that are least, middling and most dense in a section, and how sparsely its voxels are asked.
+WINDOW = (2.0, 50.0, 98.0)
+SPARSE = 3
 
 
 @kernel
 def _trace(  # type: ignore[no-untyped-def]
     y0, y1, x0, x1, voxels, blocks, iso, sign, heads, data, index_rays, world_rays, to_world, lights, material,
-    depth, normal, curvature, direction, view_curvature, light,
+    depth, normal, curvature, direction, view_curvature, light, section,
 ):  # fmt: skip
     nz, ny, nx = voxels.shape
     ray = np.empty(6)
@@ -62,6 +65,7 @@ def _trace(  # type: ignore[no-untyped-def]
                 if n[0] * vx + n[1] * vy + n[2] * vz < 0.0:
                     n[0], n[1], n[2] = -n[0], -n[1], -n[2]
                 slope = 0.0
+                section[py, px] = trilinear(voxels, x, y, z)
             elif heads.shape[0] > 0 and kept(heads, data, x, y, z) < 0.02 / length:
                 # A cut face: the tool's normal, turned out of the body.
                 flat = True
@@ -72,6 +76,7 @@ def _trace(  # type: ignore[no-untyped-def]
                     for c in range(3):
                         n[c] += to_world[axis, c] * g
                 slope = 0.0
+                section[py, px] = trilinear(voxels, x, y, z)
             else:
                 for _ in range(4):
                     tricubic(voxels, ray[0] + t * ray[3], ray[1] + t * ray[4], ray[2] + t * ray[5], weights, d)
@@ -197,6 +202,15 @@ def _edges(y0, y1, x0, x1, voxels, blocks, iso, sign, heads, data, index_rays, m
                     edge[py, px, side] = 0.5 * (low + high)
 
 
+def _window(volume: Volume, iso: float) -> tuple[float, float]:
+    """The values between which nearly all of a body's lie; even matter is in the middle."""
+    values = volume.samples[::SPARSE, ::SPARSE, ::SPARSE]
+    values = values[values > iso]
+    low, middle, high = np.percentile(values, WINDOW) if values.size else (iso, iso, iso)
+    high = max(high, 2.0 * middle - low)
+    return (float(low), float(high)) if high > low else (float(low) - 1.0, float(low) + 1.0)
+
+
 def isosurface(
     volume: Volume,
     iso: float,
@@ -249,7 +263,14 @@ def isosurface(
     shape = gb.depth.shape
     tiles(
         _trace, shape, *field, world_rays, volume.index_from_world[:3, :3].copy(), packed_lights(lights, camera), shading,
-        gb.depth, gb.normal, gb.curvature, gb.direction, gb.view_curvature, gb.light, progress=progress,
+        gb.depth, gb.normal, gb.curvature, gb.direction, gb.view_curvature, gb.light, gb.section, progress=progress,
     )  # fmt: skip
+    if not np.isnan(gb.section).all():
+        if inside == "above":
+            low, high = _window(volume, iso)
+            gb.section[:] = np.clip((gb.section - low) / (high - low), 0.0, 1.0)
+        else:
+            # Distances say nothing of what is cut.
+            gb.section[~np.isnan(gb.section)] = 0.5
     tiles(_edges, shape, *field, MIN_JUMP * float(volume.spacing.max()), gb.depth, gb.edge)
     return gb

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -137,4 +138,4 @@ def label_distance(volume: Volume, labels: Collection[int]) -> Volume:
     fine, coarse = (_smoothed(distance, sigma * widest / spacing) for sigma in SIGMAS)
     distance = fine + share * (coarse - fine)
     names = ", ".join(str(label) for label in labels)
-    return _cropped(volume, box, distance.astype(np.float32), f"{volume.name}, label {names}")
+    return replace(_cropped(volume, box, distance.astype(np.float32), f"{volume.name}, label {names}"), distances=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -14,9 +15,21 @@ said = Console(stderr=True, highlight=False, emoji=False)
 out = Console(highlight=False, emoji=False, soft_wrap=True)
 
 
+# Keywords of the library that are options here, and what is spelt in another way.
+KEYWORD = re.compile(r"(?<=[\s(])(axes|fill|index|inside|islands|iso|raw|series|spacing)=\"?([^\s\";,.:)]*(?:\.\.\w+)?)\"?")
+PHRASES = {"with cap=True": "without --open"}
+
+
+def spoken(text: str) -> str:
+    """A message of the library in the words of the command line: fill=VALUE is --fill VALUE."""
+    for phrase, option in PHRASES.items():
+        text = text.replace(phrase, option)
+    return KEYWORD.sub(lambda found: f"--{found[1]} {found[2]}".rstrip(), text)
+
+
 def say(text: str, style: str | None = None) -> None:
     """One line on standard error; only a terminal may break it."""
-    said.print(" ".join(text.split()), style=style, markup=False, soft_wrap=not said.is_terminal)
+    said.print(" ".join(spoken(text).split()), style=style, markup=False, soft_wrap=not said.is_terminal)
 
 
 class Steps:

@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 
 import intaglio
 from intaglio.cli import app, main
+from intaglio.cli.console import COMPILING
 from intaglio.ink.styles import STYLES, Hatching, styles
 
 POSIX = os.name == "posix"
@@ -332,7 +333,7 @@ class TestInfo:
 def test_demo(folder: Path):
     done = run("demo", "-o", "new/plates")
     assert done.code == 0
-    assert set(done.err.splitlines()) <= {"Compiling kernels; this happens once and takes up to half a minute."}
+    assert set(done.err.splitlines()) <= {COMPILING}
     *paths, summary = done.out.splitlines()
     assert sorted(paths) == sorted(str(p) for p in Path("new/plates").iterdir())
     assert len(paths) == 7

@@ -148,6 +148,7 @@ def test_transfer_function_without_a_surface(scan: Path, folder: Path, tmp_path:
     done = run("hatch", scan, "--tf", tmp_path / "far.vp.json")
     assert done.code == 1
     assert "its opacity has no maximum that begins between 0 and 1000" in done.err
+    assert done.err.endswith("say where a surface is with --iso\n")
     with pytest.raises(InputError, match="preset must be"):
         TransferFunction.preset("far")
 

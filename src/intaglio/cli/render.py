@@ -133,8 +133,8 @@ def render(
         with steps.step("preparing"):
             function = function_for(volume) if function_for else None
             if mode is None and function is None:
-                volume, mode = _solid(volume)
-            how = mode or "emission-absorption"
+                volume, surfaces = _solid(volume)
+            how = mode or ("isosurface" if surfaces else "emission-absorption")
             if how == "isosurface" and not surfaces:
                 surfaces = [_body(volume)]
             elif how == "emission-absorption" and function is None:
@@ -210,8 +210,8 @@ def _body(volume: Volume) -> Surface:
     return iso, BONE, 1.0
 
 
-def _solid(volume: Volume) -> tuple[Volume, str | None]:
-    """What has a surface rather than colours: distances, and of labels the distances of them all; and the mode for it."""
+def _solid(volume: Volume) -> tuple[Volume, list[Surface]]:
+    """What has a surface rather than colours, and that surface: distances, and of labels the distances to them all."""
     import numpy as np
 
     from intaglio.rendering.bodies import label_distance
@@ -219,8 +219,8 @@ def _solid(volume: Volume) -> tuple[Volume, str | None]:
 
     if is_label_map(volume):
         say(f"note: {volume.name} holds labels; showing all of them as one body; `intaglio hatch --label` draws single ones")
-        volume = label_distance(volume, [int(label) for label in np.unique(volume.array) if label])
-    return volume, "isosurface" if volume.distances else None
+        return label_distance(volume, [int(label) for label in np.unique(volume.array) if label]), [(0.0, BONE, 1.0)]
+    return volume, [_body(volume)] if volume.distances else []
 
 
 def _suitable(volume: Volume) -> TransferFunction:

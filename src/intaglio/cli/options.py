@@ -53,9 +53,9 @@ def choice(name: str, help: str, allowed: Iterable[str], metavar: str = "NAME", 
     words = tuple(allowed)
 
     def parse(text: str) -> str:
-        if text not in words:
+        if (word := text.strip().lower()) not in words:
             raise BadParameter(f"must be one of {', '.join(words)}, not {text!r}", param_hint=f"'{name}'")
-        return text
+        return word
 
     return Option(name, help=f"{help}: {', '.join(words)}.", metavar=metavar, parser=parse, **options)
 

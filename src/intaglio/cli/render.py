@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -43,7 +44,7 @@ TRANSFER: Any = {"rich_help_panel": "What is seen"}
 PICTURE: Any = {"rich_help_panel": "Picture"}
 TF = "Colours and opacities of values; ct-... are for Hounsfield units, mr-... follow the scan's range"
 SMALL = "that show less than this part of what the largest shows, such as a board"
-ISO = "Isosurface, for that mode; may be given several times."
+ISO = "An isosurface, its colour and how opaque it is, 0 to 1; may be repeated."
 EMPHASIS = "Show boundaries: nothing where the value changes by LOW per mm, all from HIGH on."
 SIZE = "Pixels: the longer side, or width x height such as 800x600."
 # Floats that a pixel needs: colours, as they are and as they are written.
@@ -62,7 +63,7 @@ def render(
         str | None, choice("--mode", "What a ray shows", MODES, show_default="emission-absorption", **TRANSFER)
     ] = None,
     iso: Annotated[
-        list[str] | None, Option("--iso", metavar="VALUE:#RRGGBB:OPACITY", help=ISO, show_default=False, **TRANSFER)
+        list[str] | None, Option("--iso", metavar="VALUE[:#RRGGBB[:OPACITY]]", help=ISO, show_default=False, **TRANSFER)
     ] = None,
     islands: Annotated[float, number("--islands", f"Leave out pieces {SMALL}", 0, 1, **TRANSFER)] = 0,
     classify: Annotated[str, choice("--classify", "When values become colours", CLASSIFY, **TRANSFER)] = "post",
@@ -96,7 +97,7 @@ def render(
 
     `intaglio render mr.nii.gz --mode mip --background #000000`
 
-    `intaglio render ct.nii.gz --mode isosurface --iso 300:#f0e6d0:1`
+    `intaglio render ct.nii.gz --iso -300:#e8b89a:0.4 --iso 300`
 
     Without --tf, one that suits the scan is chosen and named; of distances and labels, the surface is shown.
     """  # fmt: skip
@@ -107,8 +108,8 @@ def render(
     check_written(output, (".png",))
     if mode == "isosurface" and tf:
         raise BadParameter("cannot be isosurface with a transfer function; say what is seen with --iso", param_hint="'--mode'")
-    if iso and mode != "isosurface":
-        raise BadParameter("needs --mode isosurface", param_hint="'--iso'")
+    if iso and (tf or mode not in (None, "isosurface")):
+        raise BadParameter("cannot be given with --tf, nor with another --mode than isosurface", param_hint="'--iso'")
     if bits not in (8, 16):
         raise BadParameter(f"must be 8 or 16, not {bits}", param_hint="'--bits'")
     through = mode in (None, "emission-absorption")
@@ -132,7 +133,7 @@ def render(
         volume = read(steps, scan, reading)
         with steps.step("preparing"):
             function = function_for(volume) if function_for else None
-            if mode is None and function is None:
+            if mode is None and function is None and not surfaces:
                 volume, surfaces = _solid(volume)
             how = mode or ("isosurface" if surfaces else "emission-absorption")
             if how == "isosurface" and not surfaces:
@@ -169,14 +170,16 @@ def _slopes(text: str) -> tuple[tuple[float, float], tuple[float, float]]:
 
 
 def _surface(text: str) -> Surface:
-    """VALUE:#rrggbb:OPACITY."""
+    """VALUE, VALUE:#rrggbb or VALUE:#rrggbb:OPACITY."""
+    value, _, look = text.partition(":")
+    colour, _, opacity = look.partition(":")
     try:
-        value, colour, opacity = text.split(":")
-        surface = float(value), _rgb(colour), float(opacity)
+        surface = float(value), _rgb(colour) if colour else BONE, float(opacity or 1)
     except ValueError:
         surface = None
-    if surface is None or not 0 <= surface[2] <= 1 or surface[0] != surface[0]:
-        raise BadParameter(f"must be VALUE:#rrggbb:OPACITY such as 300:#f0e6d0:0.5, not {text!r}", param_hint="'--iso'")
+    if surface is None or not 0 <= surface[2] <= 1 or not math.isfinite(surface[0]):
+        forms = "VALUE, VALUE:#rrggbb or VALUE:#rrggbb:OPACITY such as 300:#f0e6d0:0.5"
+        raise BadParameter(f"must be {forms}, not {text!r}", param_hint="'--iso'")
     return surface
 
 

@@ -145,3 +145,17 @@ def test_parts_and_surfaces_take_the_zero_level():
     # A torus of radii R and r holds 2 pi^2 R r^2.
     a, b, c = np.moveaxis(grown.vertices[grown.triangles], 1, 0)
     assert (np.cross(a, b) * c).sum() / 6 == pytest.approx(2 * math.pi**2 * 10 * 5**2, rel=0.02)
+
+
+def test_plates_of_fields_need_no_isovalue():
+    field = torus()
+    camera = ig.Camera.looking("superior", field, 60)
+    told = replace(field, distances=False)
+    for draw in (ig.hatch, ig.contour):
+        plain = draw(field, camera=camera, width_mm=30)
+        explicit = draw(told, iso=0.0, inside="below", camera=camera, width_mm=30)
+        assert sum(len(layer.strokes) for layer in plain.layers)
+        for a, b in zip(plain.layers, explicit.layers, strict=True):
+            np.testing.assert_array_equal(a.strokes.points, b.strokes.points)
+    first = next(ig.turntable(field, frames=2, size=60, width_mm=30))
+    assert sum(len(layer.strokes) for layer in first.layers)

@@ -152,10 +152,10 @@ def test_plates_of_fields_need_no_isovalue():
     camera = ig.Camera.looking("superior", field, 60)
     told = replace(field, distances=False)
     for draw in (ig.hatch, ig.contour):
-        plain = draw(field, camera=camera, width_mm=30)
-        explicit = draw(told, iso=0.0, inside="below", camera=camera, width_mm=30)
+        plain = draw(field, camera=camera, width_mm=15)
+        explicit = draw(told, iso=0.0, inside="below", camera=camera, width_mm=15)
         assert sum(len(layer.strokes) for layer in plain.layers)
         for a, b in zip(plain.layers, explicit.layers, strict=True):
             np.testing.assert_array_equal(a.strokes.points, b.strokes.points)
-    first = next(ig.turntable(field, frames=2, size=60, width_mm=30))
+    first = next(ig.turntable(field, frames=2, size=60, width_mm=15))
     assert sum(len(layer.strokes) for layer in first.layers)

@@ -278,15 +278,9 @@ def hatch(
     Equal input and seed give an equal Drawing, whatever the number of threads. InputError for what cannot be drawn.
     """
     parts = surfaces_of(
-        volume,
-        iso=iso,
-        inside=inside,
-        transfer_function=transfer_function,
-        style=style,
-        islands=islands,
-        selections=selections,
+        volume, iso=iso, inside=inside, transfer_function=transfer_function, style=style, islands=islands, selections=selections,
         **parameters,
-    )
+    )  # fmt: skip
     title = f"{volume.name}, {transfer_function.name if transfer_function else parts[0].title}"
     return illustrate(
         parts, camera=camera, seed=seed, width_mm=width_mm, halo=halo, lights=lights, material=material, title=title,

@@ -36,7 +36,8 @@ app = typer.Typer(
     "`intaglio turntable SCAN -o spin.gif` turns it\n\n"
     "`intaglio surface SCAN -o bone.stl` makes a mesh of it\n\n"
     "`intaglio voxelize MESH` and `intaglio distance MESH` make volumes of a mesh\n\n"
-    "`intaglio combine HOW SOLID ...` adds, cuts and intersects solids",
+    "`intaglio combine HOW SOLID ...` adds, cuts and intersects solids\n\n"
+    "Exit code 2: the command is wrong as it is written; 1: a file, folder or disk is why it failed; 130: Ctrl-C",
 )
 for command in (demo, info, hatch, contour, turntable, render, surface, voxelize, distance, combine):
     app.command(cls=Command)(command)

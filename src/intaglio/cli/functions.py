@@ -14,7 +14,8 @@ from intaglio.volume import Volume
 
 def transfer_function(help: str, **options: Any) -> Any:
     """The option; --preset is another name for it."""
-    text = f"{help}: a file of 3D Slicer or ParaView, or {', '.join(TransferFunction.presets())}."
+    known = f"{', '.join(TransferFunction.presets())}; ct-... are for Hounsfield units, mr-... follow the scan's range"
+    text = f"{help}: a file of 3D Slicer or ParaView, or one of {known}."
     return Option("--tf", "--preset", metavar="NAME|FILE", help=text, **options)
 
 

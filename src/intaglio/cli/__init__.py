@@ -37,7 +37,7 @@ app = typer.Typer(
     "`intaglio surface SCAN -o bone.stl` makes a mesh of it\n\n"
     "`intaglio voxelize MESH` and `intaglio distance MESH` make volumes of a mesh\n\n"
     "`intaglio combine HOW SOLID ...` adds, cuts and intersects solids\n\n"
-    "Exit code 2: the command is wrong as it is written; 1: a file, folder, disk or the environment is why it failed; 130: Ctrl-C",
+    "Exit code 2: the command is wrong as written; 1: a file, folder, disk or the environment is why it failed; 130: Ctrl-C",
 )
 for command in (demo, info, hatch, contour, turntable, render, surface, voxelize, distance, combine):
     app.command(cls=Command)(command)

@@ -105,7 +105,7 @@ def test_views_by_name_and_vector(view, direction):
     [
         ("front", "view must be one of anterior.*not 'front'"),
         ("", "view must be one of"),
-        ("left-right", "opposite sides only, not 'left-right'"),
+        ("left-right", "a side twice or opposite sides, not 'left-right'"),
         ("1,2", "three numbers"),
         ("1,2,x", "three numbers.*not '1,2,x'"),
         ((0, 0, 0), "view must be three numbers that are not all zero"),

@@ -55,7 +55,7 @@ def test_masks_are_measured_and_it_is_said(solids: Path):
     [
         ("minus a.nii.gz b.nrrd", "must be one of union, intersection, difference, not 'minus'", 2),
         ("union a.nii.gz missing.nrrd", "missing.nrrd: no such file", 1),
-        ("union a.nii.gz -o out.stl", "output must end in", 1),
+        ("union a.nii.gz -o out.stl", "'--output': must end in", 2),
         ("union a.nii.gz --smooth -1", "must be a number, 0 or more", 2),
     ],
 )

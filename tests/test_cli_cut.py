@@ -7,10 +7,10 @@ import sys
 import numpy as np
 import pytest
 import SimpleITK as sitk
+import typer
 
 from intaglio.cli import main
 from intaglio.cli.cuts import check_cuts, selections_of
-from intaglio.errors import InputError
 from intaglio.volume import Volume
 
 
@@ -49,11 +49,13 @@ def test_a_cut_changes_the_picture(command, tool, scan, tmp_path, monkeypatch):
     assert whole.read_bytes() != cut.read_bytes()
 
 
-@pytest.mark.parametrize("text", ["plane:", "plane:up", "plane:1,2", "plane:1,2,3,4,5", "plane:a,b,c", "nowhere.nii", "mesh"])
+@pytest.mark.parametrize(
+    "text", ["plane:", "plane:up", "plane:1,2", "plane:1,2,3,4,5", "plane:a,b,c", "mesh", "plane:left,up", "bone.stl"]
+)
 def test_a_cut_that_cannot_be_read_is_refused_first(text, monkeypatch, capfd, tmp_path):
-    with pytest.raises(InputError):
+    with pytest.raises(typer.BadParameter, match="must be"):
         check_cuts([text])
-    assert run(monkeypatch, "hatch", "no-such-scan.nii", "--cut", text, "-o", tmp_path / "a.svg") == 1
+    assert run(monkeypatch, "hatch", "no-such-scan.nii", "--cut", text, "-o", tmp_path / "a.svg") == 2
     said = capfd.readouterr().err.strip()
     assert said.count("\n") == 0
     assert "no-such-scan" not in said

@@ -54,9 +54,9 @@ def test_surface_of_a_label_lies_between_voxels(tmp_path: Path):
 @pytest.mark.parametrize(
     ("options", "words", "code"),
     [
-        ("-o egg.vtk", "output must end in .stl", 1),
+        ("-o egg.vtk", "must end in .stl", 2),
         ("--iso 5 --label 5", "cannot be given together with --iso", 2),
-        ("--inside left", "must be above or below, not 'left'", 2),
+        ("--inside left", "must be one of above, below, not 'left'", 2),
         ("--label 77", "label must be one of 1, 2", 1),
         ("--label two", "must begin with numbers of labels such as 5", 2),
         ("--iso 5000", "iso must be within the volume's values", 1),

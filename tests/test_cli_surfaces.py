@@ -121,8 +121,8 @@ KNOWN = ", ".join(styles())
         ("--surface 5000", 1, "iso must be within the volume's values"),
         ("--surface 2000..3000", 1, "no matter three voxels thick has values from 2000 to 3000; the scan's run from 0 to 1000"),
         ("--surface ..2", 1, "no cavity has values from -inf to 2"),
-        ("--label 5", 2, "'--label': needs --labels FILE"),
-        ("--labels {labels}", 2, "'--label': needs --label NUMBERS"),
+        ("--label 5", 1, "egg.nii.gz: is a scan, not labels; say where --label picks from, with --labels FILE"),
+        ("--labels {labels}", 2, "'--labels': needs --label NUMBERS"),
         ("--labels {labels} --label five", 2, "'--label': must begin with numbers of labels such as .*, not 'five'"),
         ("--labels {labels} --label 5", 1, r"parts.nii.gz: label must be one of 1, 4, 7, not 5"),
         ("--labels {labels} --label 20-30", 1, "label must be one of 1, 4, 7, not none"),
@@ -148,6 +148,7 @@ def test_transfer_function_without_a_surface(scan: Path, folder: Path, tmp_path:
     done = run("hatch", scan, "--tf", tmp_path / "far.vp.json")
     assert done.code == 1
     assert "its opacity has no maximum that begins between 0 and 1000" in done.err
+    assert done.err.endswith("say where a surface is with --iso\n")
     with pytest.raises(InputError, match="preset must be"):
         TransferFunction.preset("far")
 

@@ -328,7 +328,7 @@ class TestTransferFunction:
         ],
     )
     def test_without_surfaces_it_is_refused(self, values):
-        with pytest.raises(InputError, match=r"no maximum that begins between .*mapped"):
+        with pytest.raises(InputError, match=r"no maximum that begins between .*with iso="):
             hatch(nested(), transfer_function=TransferFunction.from_points(values))
 
     def test_iso_and_transfer_function_exclude_each_other(self):

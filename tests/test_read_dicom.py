@@ -98,7 +98,7 @@ def test_mixed_sizes_and_orientations_are_refused(tmp_path: Path) -> None:
 def test_choosing_among_series(tmp_path: Path) -> None:
     write_series(tmp_path / "scan" / "a", planes(), stacked(), uid="1.2.5")
     write_series(tmp_path / "scan" / "b", planes(6), stacked(6), uid="1.2.6")
-    with pytest.raises(InputError, match=r"2 DICOM series.*--series.*1: 30 x 20 x 8 .*\(1\.2\.5\); 2: 30 x 20 x 6 .*\(1\.2\.6\)"):
+    with pytest.raises(InputError, match=r"2 DICOM series.*series=: 1: 30 x 20 x 8 .*\(1\.2\.5\); 2: 30 x 20 x 6 .*\(1\.2\.6\)"):
         read_volume(tmp_path / "scan")
     assert read_volume(tmp_path / "scan", series=2).shape == (6, 20, 30)
     assert read_volume(tmp_path / "scan", series="1").shape == (8, 20, 30)

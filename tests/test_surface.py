@@ -129,7 +129,7 @@ def test_what_has_no_surface_is_refused():
         ig.surface(volume, 1.5, inside="left")
     with pytest.raises(ig.InputError, match="iso must be given for voxels of uint8"):
         ig.surface(ig.Volume.from_array(np.arange(64, dtype=np.uint8).reshape(4, 4, 4)))
-    with pytest.raises(ig.InputError, match="fills the grid, so it has no surface; use cap=True"):
+    with pytest.raises(ig.InputError, match="fills the grid, and so has no surface; close it with cap=True"):
         ig.surface(volume, 1.0, cap=False)
 
 

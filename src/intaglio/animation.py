@@ -46,7 +46,7 @@ def turntable(
     frames, degrees  how many plates share what angle; the viewer walks round the body, to its left first
     size             rays along the longer side
     camera           more of what `Camera.looking` takes
-    surface          of a Volume: iso, transfer_function, style and its parameters, islands, selections
+    surface          of a Volume: iso, inside, transfer_function, style and its parameters, islands, selections
     The rest as `illustrate`. The streamlines of each plate are carried to the next one, each part's with its own surface: they
     stay where there is room for them and they follow the form, grow at their ends, and new ones fill the gaps. Strokes of
     contours drawn by hand begin where they did, and keep their chance. A plate so depends on those before it; equal input

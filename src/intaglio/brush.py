@@ -52,6 +52,8 @@ def brush_named(name: str) -> Brush | None:
         return BRUSHES[name]
     if Path(name).suffix.lower() in IMAGES:
         if not Path(name).is_file():
-            raise InputError(f"brush {name!r} does not exist: name an image file, or one of {PEN}, {', '.join(BRUSHES)}")
+            raise InputError(
+                f"brush {name!r} does not exist: name an image file, or one of {PEN}, {', '.join(BRUSHES)}"
+            ) from FileNotFoundError(name)
         return Brush(image=name)
     raise InputError(f"brush must be {PEN}, {', '.join(BRUSHES)}, or an image file ({', '.join(IMAGES)}), not {name!r}")

@@ -191,9 +191,9 @@ def view_direction(view: str | ArrayLike) -> Vector:
     unknown = [p for p in parts if p not in VIEWS]
     if unknown:
         raise InputError(f"view must be one of {', '.join(VIEWS)}, several joined by '-', or x,y,z; not {view!r}")
+    if len({tuple(map(abs, VIEWS[p])) for p in parts}) < len(parts):
+        raise InputError(f"view must not name a side twice or opposite sides, not {view!r}")
     towards = np.sum([VIEWS[p] for p in parts], axis=0, dtype=np.float64)
-    if not towards.any():
-        raise InputError(f"view must not name opposite sides only, not {view!r}")
     return _unit(towards, "view")
 
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from intaglio.drawing import Layer, check_colour
 from intaglio.errors import InputError
 from intaglio.ink.styles import Hatching, style as named_style
-from intaglio.rendering.isovalue import body_surface
+from intaglio.rendering.isovalue import body_side, body_surface
 from intaglio.rendering.skipping import SURFACE, Inside, surface_blocks, surface_corners
 from intaglio.selection import Selection
 from intaglio.solid.bodies import between, has_matter
@@ -39,6 +39,7 @@ class Part:
     volume      a scan, or a label volume if `label` is given
     iso         value at the surface, or (low, high): matter of values between these two, seen from outside or from within
                 denser matter; (-math.inf, high) is cavities. Default: the surface of the body, see `body_surface`
+    inside      on which side of iso the body is, "above" or "below"; default: above, but below in distances
     label       number of a label, or several that make one body
     style       a name from `styles()`, or a Hatching
     opacity     1 hides what lies behind. Less lets it show, and makes strokes fewer and fainter
@@ -51,6 +52,7 @@ class Part:
 
     volume: Volume
     iso: float | tuple[float, float] | None = None
+    inside: Inside | None = None
     label: int | tuple[int, ...] | None = None
     style: str | Hatching = "pencil"
     opacity: float = 1.0
@@ -66,6 +68,7 @@ class Part:
             raise InputError(f"opacity of a part must be above 0, up to 1, not {self.opacity!r}; leave out what is not seen")
         if self.iso is not None and self.label is not None:
             raise InputError(f"a part must have an iso or a label, not both ({self.iso!r} and {self.label!r})")
+        body_side(self.volume, self.inside)
         if self.colour is not None:
             check_colour(self.colour)
         named_style(self.style)
@@ -80,7 +83,8 @@ class Part:
             return self.volume, self.iso[0], "above"
         if isinstance(self.iso, tuple):
             return between(self.volume, *self.iso), 0.0, "below"
-        return self.volume, body_surface(self.volume)[0] if self.iso is None else self.iso, "above"
+        iso = body_surface(self.volume)[0] if self.iso is None else self.iso
+        return self.volume, iso, body_side(self.volume, self.inside)
 
     @property
     def title(self) -> str:
@@ -164,7 +168,7 @@ def parts_of(
     if not found:
         raise InputError(
             f"{transfer_function.name}: its opacity has no maximum that begins between {low:g} and {high:g}, the values of "
-            f"{volume.name}; scale it with mapped, or say which surfaces with iso"
+            f"{volume.name}; is it made for a scan of another kind? say where a surface is with iso="
         )
     most = max(peak.opacity for peak, _ in found)
     paper = named_style(style).paper

@@ -23,6 +23,7 @@ from intaglio.ink.visibility import Clearance, clearance, hide, surround, unhidd
 from intaglio.lighting import Light, Material
 from intaglio.parts import ISLANDS, Part, faded, parts_of
 from intaglio.rendering.isosurface import isosurface
+from intaglio.rendering.skipping import Inside
 from intaglio.selection import Selection
 from intaglio.transfer_function import TransferFunction
 from intaglio.volume import Volume
@@ -229,6 +230,7 @@ def surfaces_of(
     volume: Volume,
     *,
     iso: float | None = None,
+    inside: Inside | None = None,
     transfer_function: TransferFunction | None = None,
     style: str | Hatching = "pencil",
     islands: float = ISLANDS,
@@ -238,7 +240,7 @@ def surfaces_of(
     """The surface at an isovalue, by default the body's, or those that a transfer function shows; arguments as for `hatch`."""
     hatching = named_style(style, **parameters)
     if transfer_function is None:
-        return [Part(volume=volume, iso=iso, style=hatching, islands=islands, selections=selections)]
+        return [Part(volume=volume, iso=iso, inside=inside, style=hatching, islands=islands, selections=selections)]
     if iso is not None:
         raise InputError(f"iso must not be given with a transfer function, which says where surfaces are, not {iso!r}")
     return parts_of(volume, transfer_function, style=hatching, islands=islands, selections=selections)
@@ -248,6 +250,7 @@ def hatch(
     volume: Volume,
     *,
     iso: float | None = None,
+    inside: Inside | None = None,
     transfer_function: TransferFunction | None = None,
     camera: Camera | None = None,
     style: str | Hatching = "pencil",
@@ -264,6 +267,7 @@ def hatch(
     """Hatch the isosurface of a volume: G-buffer, direction field, streamlines, strokes, contours.
 
     iso         default: the surface of the body, as `body_surface` finds it
+    inside      on which side of iso the body is, "above" or "below"; default: above, but below in distances
     transfer_function  instead of iso: all the surfaces that it shows, see `parts_of`
     camera      default: anterior, fitted to the surface; its image sets the plate's proportions and fineness
     style       a name from `styles()`, or a Hatching; single parameters of it may be given as keywords
@@ -274,8 +278,9 @@ def hatch(
     Equal input and seed give an equal Drawing, whatever the number of threads. InputError for what cannot be drawn.
     """
     parts = surfaces_of(
-        volume, iso=iso, transfer_function=transfer_function, style=style, islands=islands, selections=selections, **parameters
-    )
+        volume, iso=iso, inside=inside, transfer_function=transfer_function, style=style, islands=islands, selections=selections,
+        **parameters,
+    )  # fmt: skip
     title = f"{volume.name}, {transfer_function.name if transfer_function else parts[0].title}"
     return illustrate(
         parts, camera=camera, seed=seed, width_mm=width_mm, halo=halo, lights=lights, material=material, title=title,
@@ -287,6 +292,7 @@ def contour(
     volume: Volume,
     *,
     iso: float | None = None,
+    inside: Inside | None = None,
     camera: Camera | None = None,
     style: str | Hatching = "pen-and-ink",
     seed: int = 0,
@@ -301,6 +307,6 @@ def contour(
     Contours are exact, or drawn in overlapping strokes with `hand=Hand()`.
     """
     hatching = named_style(style, **parameters)
-    part = Part(volume=volume, iso=iso, style=hatching, islands=islands, selections=selections, lines_only=True)
+    part = Part(volume=volume, iso=iso, inside=inside, style=hatching, islands=islands, selections=selections, lines_only=True)
     title = f"{volume.name}, iso {part.body[1]:g}"
     return illustrate([part], camera=camera, seed=seed, width_mm=width_mm, title=title, progress=progress)

@@ -20,12 +20,14 @@ class Volume:
     world_from_index  4x4 float64; takes the index (x, y, z) of a voxel centre to RAS+ millimetres
     name              what messages and plates call it
     notes             what the reader had to assume or choose, one sentence each
+    distances         whether the values are a solid's signed distances in mm, negative inside: its surface is at 0
     """
 
     array: NDArray[Any]
     world_from_index: NDArray[np.float64]
     name: str = "volume"
     notes: tuple[str, ...] = ()
+    distances: bool = False
 
     def __post_init__(self) -> None:
         if not isinstance(self.array, np.ndarray) or self.array.ndim != 3:
@@ -34,6 +36,8 @@ class Volume:
             raise InputError(f"{self.name}: needs at least 2 voxels along each axis, not {self.array.shape} (z, y, x)")
         if self.array.dtype.kind not in "biuf" or not self.array.dtype.isnative:
             raise InputError(f"{self.name}: voxels must be bool, integer or float in native byte order, not {self.array.dtype}")
+        if self.distances and self.array.dtype.kind != "f":
+            raise InputError(f"{self.name}: distances must be floats, not {self.array.dtype}")
         matrix = np.asarray(self.world_from_index, dtype=np.float64)
         if not _is_placement(matrix):
             raise InputError(f"{self.name}: world_from_index must be an invertible affine 4x4 matrix, not {matrix.tolist()}")

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import io
 import sys
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
 import intaglio
 from intaglio.cli.combine import combine
+from intaglio.cli.command import Command, UsageError
 from intaglio.cli.console import out, say
 from intaglio.cli.contour import contour
 from intaglio.cli.demo import demo
@@ -21,9 +22,6 @@ from intaglio.cli.surface import surface
 from intaglio.cli.turntable import turntable
 from intaglio.cli.voxelize import voxelize
 from intaglio.errors import InputError
-
-# What typer raises for wrong usage; of that family it names only BadParameter.
-UsageError: Any = typer.BadParameter.__mro__[1]
 
 app = typer.Typer(
     add_completion=False,
@@ -38,10 +36,11 @@ app = typer.Typer(
     "`intaglio turntable SCAN -o spin.gif` turns it\n\n"
     "`intaglio surface SCAN -o bone.stl` makes a mesh of it\n\n"
     "`intaglio voxelize MESH` and `intaglio distance MESH` make volumes of a mesh\n\n"
-    "`intaglio combine HOW SOLID ...` adds, cuts and intersects solids",
+    "`intaglio combine HOW SOLID ...` adds, cuts and intersects solids\n\n"
+    "Exit code 2: the command is wrong as written; 1: a file, folder, disk or the environment is why it failed; 130: Ctrl-C",
 )
 for command in (demo, info, hatch, contour, turntable, render, surface, voxelize, distance, combine):
-    app.command()(command)
+    app.command(cls=Command)(command)
 
 
 def _version(value: bool) -> None:
@@ -82,7 +81,12 @@ def _run() -> int:
 
 
 def main() -> None:
-    """The console script: one line and exit code 1 for bad input, 2 for wrong usage, 130 for Ctrl-C."""
+    """The console script. What fails ends in one line and an exit code.
+
+    2    the command is wrong as it was written: an unknown option, a value that no file could make right
+    1    a file, folder, disk or the environment is why: missing, damaged, without that isovalue or label, not to be written
+    130  Ctrl-C
+    """
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")  # names of files may be what the terminal cannot show

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from typer import Argument, BadParameter, Option
 
 from intaglio.cli.console import Steps, out, running, say
-from intaglio.cli.options import Reading, number, read
+from intaglio.cli.options import Reading, check_written, number, read
 from intaglio.errors import InputError
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ DEFAULT = Path("solid.nii.gz")
 
 def combine(
     how: Annotated[str, Argument(metavar="HOW", help=f"One of {HOW}.", show_default=False)],
-    solids: Annotated[list[Path], Argument(metavar="SOLID...", help=SOLIDS, show_default=False, readable=False)],
+    solids: Annotated[list[Path], Argument(metavar="SOLID", help=SOLIDS, show_default=False, readable=False)],
     output: Annotated[
         Path,
         Option("--output", "-o", metavar="FILE", help="Field to write: .nii, .nii.gz, .nrrd or .mha.", readable=False),
@@ -35,16 +35,16 @@ def combine(
 
     `intaglio combine difference bone.nii.gz screw.stl -o drilled.nii.gz`
     """
-    from intaglio.io.volume_files import check_volume_output, write_volume
+    from intaglio.io.volume_files import KINDS, write_volume
     from intaglio.solid import csg
     from intaglio.solid.redistance import redistance
 
     combined: Any = {"union": csg.union, "intersection": csg.intersection, "difference": csg.difference}.get(how)
     if combined is None:
         raise BadParameter(f"must be one of {HOW}, not {how!r}", param_hint="'HOW'")
-    check_volume_output(output)
+    check_written(output, KINDS)
     if any(path.exists() and output.exists() and path.samefile(output) for path in solids):
-        raise InputError(f"output must be a file of its own, not {output.name!r}, which is one of the solids")
+        raise BadParameter(f"must be a file of its own, not {output.name!r}, which is one of the solids", param_hint="'--output'")
     with running() as steps:
         fields: list[Volume] = []
         for path in solids:
@@ -81,6 +81,8 @@ def _field(steps: Steps, path: Path, first: Volume | None) -> Volume:
                 f"{path.name}: a solid of floats must be a signed distance, negative inside, not {volume.range[0]:g} to "
                 f"{volume.range[1]:g}; `intaglio surface {path.name} --iso VALUE -o solid.stl` makes a solid of a scan"
             )
+        if not volume.distances:
+            say(f"note: {path.name}: its values do not change by 1 per mm; taking what is negative as the solid")
         return volume
     say(f"note: {path.name}: holds {volume.array.dtype}; taking all voxels that are not 0 as the solid")
     with steps.step("measuring") as progress:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -14,9 +15,23 @@ said = Console(stderr=True, highlight=False, emoji=False)
 out = Console(highlight=False, emoji=False, soft_wrap=True)
 
 
+# Measured on an empty cache, as work of one core: 6 s for a mesh, 14 s for a picture, 20 to 30 s for a plate, 36 s for the demo.
+COMPILING = "Compiling kernels, once for each kind of scan and picture; this takes 10 to 40 seconds, longer on a busy computer."
+# Keywords of the library that are options here, and what is spelt in another way.
+KEYWORD = re.compile(r"(?:^|(?<=[\s(]))(axes|fill|index|inside|islands|iso|raw|series|spacing)=\"?([^\s\";,.:)]*(?:\.\.\w+)?)\"?")
+PHRASES = {"with cap=True": "without --open"}
+
+
+def spoken(text: str) -> str:
+    """A message of the library in the words of the command line: fill=VALUE is --fill VALUE."""
+    for phrase, option in PHRASES.items():
+        text = text.replace(phrase, option)
+    return KEYWORD.sub(lambda found: f"--{found[1]} {found[2]}".rstrip(), text)
+
+
 def say(text: str, style: str | None = None) -> None:
     """One line on standard error; only a terminal may break it."""
-    said.print(" ".join(text.split()), style=style, markup=False, soft_wrap=not said.is_terminal)
+    said.print(" ".join(spoken(text).split()), style=style, markup=False, soft_wrap=not said.is_terminal)
 
 
 class Steps:
@@ -59,5 +74,5 @@ def running() -> Iterator[Steps]:
 
     thread_count()  # refuses a bad INTAGLIO_THREADS before any work
     steps = Steps()
-    with steps.bar, announcing_compilation(lambda: say("Compiling kernels; this happens once and takes up to half a minute.")):
+    with steps.bar, announcing_compilation(lambda: say(COMPILING)):
         yield steps

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
-from typer import Option
-
+from intaglio.cli.command import as_written
 from intaglio.cli.console import out, running, say
-from intaglio.cli.cuts import Cut, check_cuts, selections_of
 from intaglio.cli.options import (
+    RAY_LAYERS,
     Dpi,
-    Islands,
-    Iso,
     Lens,
     Plate,
     Plotter,
@@ -20,17 +18,19 @@ from intaglio.cli.options import (
     Scan,
     Seed,
     Size,
+    Style,
     View,
     Width,
     camera_options,
+    check_pixels,
+    check_plate,
+    check_rays,
     read,
-    styled,
-    with_groups,
-    with_options,
 )
-from intaglio.errors import InputError
+from intaglio.cli.parameters import styled, with_groups, with_options
+from intaglio.cli.surfaces import Subject, parts_named
 from intaglio.ink.hand import Hand
-from intaglio.ink.styles import LINE_PARAMETERS, STYLES, Hatching
+from intaglio.ink.styles import LINE_PARAMETERS, Hatching
 
 DEFAULT = Path("contours.svg")
 
@@ -40,22 +40,20 @@ DEFAULT = Path("contours.svg")
 def contour(
     scan: Scan,
     output: Plate = DEFAULT,
+    *,
     view: View = "anterior",
-    iso: Iso = None,
-    islands: Islands = None,
-    style: Annotated[str, Option("--style", metavar="NAME", help=f"One of {', '.join(STYLES)}.")] = "pen-and-ink",
-    cut: Cut = None,
+    subject: Subject,
+    style: Style = "pen-and-ink",
     seed: Seed = 0,
     width: Width = 160,
     dpi: Dpi = 300,
     plotter: Plotter = False,
     size: Size = None,
-    *,
     lens: Lens,
     reading: Reading,
     **parameters: Any,
 ) -> None:
-    """Draw a surface of a scan with contours and feature lines alone.
+    """Draw surfaces of a scan with contours and feature lines alone.
 
     `intaglio contour head.nii.gz -o head.svg`
 
@@ -63,33 +61,29 @@ def contour(
 
     `intaglio contour head.nii.gz --hand-increment 10 --hand-deviation 1.5`
 
-    Contours are exact, or drawn in overlapping strokes with --hand.
+    `intaglio contour ct.nii.gz --labels organs.nii.gz --label 5 --label 2,3`
+
+    Contours are exact, or drawn in overlapping strokes with --hand. `--iso`, `--surface`, `--label` and `--tf` are those of
+    `intaglio hatch`.
     """  # fmt: skip
     from intaglio.camera import view_direction
-    from intaglio.io.plates import check_output
-    from intaglio.parts import ISLANDS
-    from intaglio.plate import contour as lines_of, surface_camera
-    from intaglio.rendering.isovalue import body_surface
+    from intaglio.plate import illustrate, parts_camera
 
-    check_output(output)
-    if plotter and output.suffix.lower() != ".svg":
-        raise InputError(f"--plotter needs an .svg output, not {output.name!r}")
-    hatching = styled(style, parameters)
-    view_direction(view)
-    pieces = ISLANDS if islands is None else islands
-    check_cuts(cut)
+    check_plate(output, plotter)
+    parts_in = parts_named(subject, lambda name: styled(name or style, parameters))
+    with as_written():
+        view_direction(view)
     looking = camera_options(lens)
     with running() as steps:
         volume = read(steps, scan, reading)
+        with steps.step("surfaces"):
+            parts = [replace(part, lines_only=True) for part in parts_in(volume)]
+            camera = parts_camera(parts, view, size, width_mm=width, **looking)
+            check_rays(camera, RAY_LAYERS)
+            check_pixels(output, camera, width, dpi)
         with steps.step("drawing") as progress:
-            if iso is None:
-                iso, what = body_surface(volume)
-                say(f"note: no --iso given; drawing {iso:g}, {what}")
-            camera = surface_camera(volume, iso, view, size, width_mm=width, islands=pieces, **looking)
-            plate = lines_of(
-                volume, iso=iso, camera=camera, style=hatching, seed=seed, width_mm=width, islands=pieces,
-                selections=selections_of(cut, volume), progress=progress,
-            )  # fmt: skip
+            title = f"{volume.name}, {', '.join(part.title for part in parts)}, {view}"
+            plate = illustrate(parts, camera=camera, seed=seed, width_mm=width, halo=subject.halo, title=title, progress=progress)
         with steps.step("writing"):
             plate.save(output, dpi=dpi, plotter=plotter)
     strokes = sum(len(layer.strokes) for layer in plate.layers)

@@ -5,10 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, Any
 
-from typer import Option
+from typer import BadParameter, Option
 
 from intaglio.camera import VIEWS, view_direction
 from intaglio.cli.console import say
+from intaglio.cli.placing import check_meets, read_beside
 from intaglio.errors import InputError
 from intaglio.io.meshes import KINDS
 
@@ -18,12 +19,13 @@ CUT = (
 )
 Cut = Annotated[list[str] | None, Option("--cut", metavar="TOOL", help=CUT, show_default=False)]
 FORMS = "plane:SIDE, plane:SIDE,MM, plane:X,Y,Z, plane:X,Y,Z,MM, mesh:FILE, or a mask or distance volume"
+HINT = "'--cut'"
 # Voxels along the longest side of a mesh's distance field, which cuts smoothly.
 RESOLUTION = 192
 
 
 def check_cuts(cuts: list[str] | None) -> None:
-    """InputError for a cut that cannot be read, before anything else is."""
+    """BadParameter for a cut that is none, InputError for a file that is missing, before anything is read."""
     for text in cuts or ():
         if text.startswith("plane:"):
             _plane(text)
@@ -32,17 +34,18 @@ def check_cuts(cuts: list[str] | None) -> None:
             if not file.exists():
                 raise InputError(f"--cut {text}: no such file")
             if file.suffix.lower() not in KINDS:
-                raise InputError(f"--cut mesh: must name a mesh file, one of {' '.join(KINDS)}, not {str(file)!r}")
+                raise BadParameter(f"mesh: must name a mesh file, one of {' '.join(KINDS)}, not {str(file)!r}", param_hint=HINT)
         elif Path(text).suffix.lower() in KINDS:
-            raise InputError(f"--cut must be mesh:{text} to cut with a mesh, not {text!r}")
+            raise BadParameter(f"must be mesh:{text} to cut with a mesh, not {text!r}", param_hint=HINT)
+        elif not Path(text).exists() and not Path(text).suffix:
+            raise BadParameter(f"must be {FORMS}, not {text!r}, which is no file", param_hint=HINT)
         elif not Path(text).exists():
-            raise InputError(f"--cut must be {FORMS}, not {text!r}, which is no file")
+            raise InputError(f"--cut {text}: no such file; a tool is {FORMS}")
 
 
 def selections_of(cuts: list[str] | None, volume: Any) -> list[Any]:
     """Selections in the order they were given; planes count from the middle of the scan, meshes stand in world millimetres."""
     from intaglio.io.meshes import read_mesh
-    from intaglio.io.volumes import read_volume
     from intaglio.selection import Selection
     from intaglio.solid.mesh_distance import distance_field
 
@@ -51,13 +54,19 @@ def selections_of(cuts: list[str] | None, volume: Any) -> list[Any]:
         if text.startswith("plane:"):
             normal, out = _plane(text)
             found.append(Selection.plane(volume.corners.mean(axis=0) + out * normal, normal))
+            ends = (volume.corners - volume.corners.mean(axis=0)) @ normal - out
+            if ends.max() <= 0 or ends.min() >= 0:
+                part = "nothing" if ends.max() <= 0 else "everything"
+                say(f"note: --cut {text} removes {part}: the scan ends {ends.max() + out:.0f} mm from its middle")
         elif text.startswith("mesh:"):
-            field = distance_field(read_mesh(text.removeprefix("mesh:")), resolution=RESOLUTION)
+            mesh = read_mesh(text.removeprefix("mesh:"))
+            check_meets(mesh.name, mesh.corners, volume)
+            field = distance_field(mesh, resolution=RESOLUTION)
             for note in field.notes:
                 say(f"note: {note}")
             found.append(Selection.of(field))
         else:
-            found.append(Selection.of(read_volume(text)))
+            found.append(Selection.of(read_beside(Path(text), volume)))
     return found
 
 
@@ -70,5 +79,5 @@ def _plane(text: str) -> tuple[Any, float]:
     except ValueError:
         numbers = []
     if len(numbers) not in (3, 4):
-        raise InputError(f"--cut must be {FORMS}, not {text!r}")
+        raise BadParameter(f"must be {FORMS}, not {text!r}", param_hint=HINT)
     return view_direction(numbers[:3]), numbers[3] if len(numbers) == 4 else 0.0

@@ -8,6 +8,7 @@ from typing import Annotated
 from typer import Option
 
 from intaglio.cli.console import running
+from intaglio.cli.options import check_written
 from intaglio.cli.solids import Like, Mesh, Output, Resolution, Step, read_mesh_and_grid, report
 
 DEFAULT = Path("distance.nii.gz")
@@ -28,10 +29,10 @@ def distance(
 
     `intaglio distance liver.obj --like abdomen.nii.gz --band 20mm -o liver.nrrd`
     """
-    from intaglio.io.volume_files import check_volume_output, write_volume
+    from intaglio.io.volume_files import KINDS, write_volume
     from intaglio.solid.mesh_distance import distance_field
 
-    check_volume_output(output)
+    check_written(output, KINDS)
     with running() as steps:
         model, grid = read_mesh_and_grid(steps, mesh, resolution, spacing, like)
         with steps.step("distances") as progress:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
-from typer import Option
-
+from intaglio.cli.command import as_written
 from intaglio.cli.console import out, running, say
 from intaglio.cli.options import (
+    RAY_LAYERS,
     Dpi,
     Lens,
     MainLight,
@@ -18,19 +18,20 @@ from intaglio.cli.options import (
     Scan,
     Seed,
     Size,
+    Style,
     View,
     Width,
     camera_options,
+    check_pixels,
+    check_plate,
+    check_rays,
     lamps,
     read,
-    styled,
-    with_groups,
-    with_options,
 )
+from intaglio.cli.parameters import styled, with_groups, with_options
 from intaglio.cli.surfaces import Subject, parts_named
-from intaglio.errors import InputError
 from intaglio.ink.hand import Hand
-from intaglio.ink.styles import STYLES, Hatching
+from intaglio.ink.styles import Hatching
 
 DEFAULT = Path("plate.svg")
 
@@ -43,7 +44,7 @@ def hatch(
     *,
     view: View = "anterior",
     subject: Subject,
-    style: Annotated[str, Option("--style", metavar="NAME", help=f"One of {', '.join(STYLES)}.")] = "pencil",
+    style: Style = "pencil",
     seed: Seed = 0,
     width: Width = 160,
     dpi: Dpi = 300,
@@ -77,25 +78,21 @@ def hatch(
     heavy; **chalk** bright strokes on dark paper. A PNG shows brush and paper, an SVG or PDF the strokes' outlines.
     """  # fmt: skip
     from intaglio.camera import view_direction
-    from intaglio.io.plates import check_output
     from intaglio.plate import PLATE_MATERIAL, illustrate, parts_camera
 
-    check_output(output)
-    if plotter and output.suffix.lower() != ".svg":
-        raise InputError(f"--plotter needs an .svg output, not {output.name!r}")
-
-    def of_style(name: str | None) -> Hatching:
-        return styled(name or style, parameters)
-
-    parts_in = parts_named(subject, of_style)
-    view_direction(view)
-    lights = lamps(light)
+    check_plate(output, plotter)
+    parts_in = parts_named(subject, lambda name: styled(name or style, parameters))
+    with as_written():
+        view_direction(view)
+        lights = lamps(light)
     looking = camera_options(lens)
     with running() as steps:
         volume = read(steps, scan, reading)
         with steps.step("surfaces"):
             parts = parts_in(volume)
             camera = parts_camera(parts, view, size, width_mm=width, **looking)
+            check_rays(camera, RAY_LAYERS)
+            check_pixels(output, camera, width, dpi)
         with steps.step("strokes") as progress:
             title = f"{volume.name}, {', '.join(part.title for part in parts)}, {view}"
             plate = illustrate(

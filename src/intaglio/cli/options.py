@@ -1,21 +1,25 @@
-"""Options: numbers, those of reading a scan, and those that come from the fields of a parameter dataclass."""
+"""Options that commands share: those of reading a scan, of the camera, of the paper."""
 
 from __future__ import annotations
 
-import inspect
 import math
-from collections.abc import Callable, Container
-from dataclasses import MISSING, dataclass, fields, is_dataclass, replace
-from functools import wraps
+import os
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any
 
 from typer import Argument, BadParameter, Option
 
+from intaglio.cli.command import as_written
 from intaglio.cli.console import Steps, say
 from intaglio.errors import InputError
-from intaglio.ink.hand import Hand
-from intaglio.ink.styles import Hatching, style
+from intaglio.ink.styles import STYLES
+from intaglio.io.limits import check_memory
+from intaglio.io.plates import PLATES, check_output
+
+if TYPE_CHECKING:
+    from intaglio.camera import Camera
 
 
 def number(
@@ -44,6 +48,18 @@ def number(
     return Option(name, help=f"{help} ({span})." if span else f"{help}.", metavar=unit, parser=parse, **options)
 
 
+def choice(name: str, help: str, allowed: Iterable[str], metavar: str = "NAME", **options: Any) -> Any:
+    """An option that takes one of a few words, which its help lists."""
+    words = tuple(allowed)
+
+    def parse(text: str) -> str:
+        if (word := text.strip().lower()) not in words:
+            raise BadParameter(f"must be one of {', '.join(words)}, not {text!r}", param_hint=f"'{name}'")
+        return word
+
+    return Option(name, help=f"{help}: {', '.join(words)}.", metavar=metavar, parser=parse, **options)
+
+
 def numbers(text: str, name: str, *, same: bool = False) -> tuple[float, float, float]:
     """Three numbers; or one that stands for all, where that makes sense."""
     try:
@@ -66,6 +82,8 @@ Raw = Annotated[str | None, Option("--raw", metavar="LAYOUT", help=RAW, **READIN
 Spacing = Annotated[
     str | None, Option("--spacing", metavar="X,Y,Z", help="Distances of voxels in mm, instead of the file's.", **READING)
 ]
+AXES = "Where columns, rows and slices run, instead of the file's: LPS is to the left, posterior, superior."
+Axes = Annotated[str | None, Option("--axes", metavar="LETTERS", help=AXES, **READING)]
 Fill = Annotated[float | None, number("--fill", "Value in place of voxels that are NaN or infinite", **READING)]
 Series = Annotated[str | None, Option("--series", metavar="NUMBER|UID", help="Which DICOM series of a folder.", **READING)]
 Index = Annotated[int | None, number("--index", "Which volume of a 4-D file", 0, kind=int, **READING)]
@@ -77,6 +95,7 @@ class Reading:
 
     raw: Raw = None
     spacing: Spacing = None
+    axes: Axes = None
     fill: Fill = None
     series: Series = None
     index: Index = None
@@ -112,9 +131,17 @@ PAPER: Any = {"rich_help_panel": "Paper"}
 FINER = "more see finer detail and take longer, on paper of the same size"
 SMALL = "smaller than this part of the largest, such as dust and cables; 0 keeps all"
 RAYS = "6.4 a mm of paper"
+# Floats that a ray needs at least on its way to a stroke: what it hit, and tone and direction, smoothed.
+RAY_LAYERS = 30
 
 Plate = Annotated[Path, Option("--output", "-o", metavar="FILE", help="Plate to write: .svg, .pdf or .png.", readable=False)]
 Iso = Annotated[float | None, number("--iso", "Value where the surface is; without it, the body's surface")]
+SIDES = ("above", "below")
+Inside = Annotated[
+    str | None,
+    choice("--inside", "Where the body is, seen from the isovalue", SIDES, "SIDE", show_default="above; below in distances"),
+]
+Style = Annotated[str, choice("--style", "How it is drawn", STYLES)]
 Islands = Annotated[float | None, number("--islands", f"Leave out pieces {SMALL}", 0, 1)]
 Seed = Annotated[int, number("--seed", "Of the hand's randomness: equal seed, equal plate", 0, kind=int)]
 Width = Annotated[float, number("--width", "Width of the paper: wider holds more strokes", 5, 5000, unit="MM", **PAPER)]
@@ -133,6 +160,35 @@ def lamps(light: str | None) -> Any:
     if light is None:
         return PLATE_LIGHTS
     return (Light(direction=numbers(light, "--light"), intensity=PLATE_LIGHTS[0].intensity), *PLATE_LIGHTS[1:])
+
+
+def check_written(output: Path, kinds: Sequence[str]) -> None:
+    """BadParameter for another extension, InputError where no file can be written; before long work."""
+    if not output.name.lower().endswith(tuple(kinds)) and not os.path.isdir(output):
+        names = f"{', '.join(kinds[:-1])} or {kinds[-1]}" if len(kinds) > 1 else kinds[0]
+        raise BadParameter(f"must end in {names}, not {output.name!r}", param_hint="'--output'")
+    check_output(output, kinds if os.path.isdir(output) else [output.suffix.lower()])
+
+
+def check_plate(output: Path, plotter: bool) -> None:
+    """`check_written` for a plate; plotters draw SVG."""
+    check_written(output, PLATES)
+    if plotter and output.suffix.lower() != ".svg":
+        raise BadParameter(f"needs an .svg output, not {output.name!r}", param_hint="'--plotter'")
+
+
+def check_rays(camera: Camera, layers: int) -> None:
+    """InputError for a picture of so many float32 layers that do not fit in memory."""
+    width, height = camera.size
+    check_memory(f"a picture of {width} x {height} rays", 4 * layers * width * height, "take a smaller --size")
+
+
+def check_pixels(output: Path, camera: Camera, width: float, dpi: float) -> None:
+    """InputError for a PNG of too many pixels, before there are strokes to draw on it."""
+    from intaglio.io.raster import pixels_of
+
+    if output.suffix.lower() == ".png":
+        pixels_of(width, width * camera.size[1] / camera.size[0], dpi)
 
 
 def camera_options(lens: Lens) -> dict[str, Any]:
@@ -158,15 +214,23 @@ def _layout(text: str, step: tuple[float, float, float] | None) -> tuple[tuple[i
 
 def read(steps: Steps, scan: Path, how: Reading) -> Any:
     """The volume, with the reader's notes said."""
+    from intaglio.io.geometry import directions
     from intaglio.io.meshes import KINDS
     from intaglio.io.volumes import read_volume
 
     step = numbers(how.spacing, "--spacing", same=True) if how.spacing is not None else None
+    if step is not None and not all(math.isfinite(s) and s > 0 for s in step):
+        raise BadParameter(f"must be three positive numbers, not {how.spacing!r}", param_hint="'--spacing'")
+    if how.axes is not None:
+        with as_written():
+            directions(how.axes)
     layout = _layout(how.raw, step) if how.raw is not None else None
     if layout is None and scan.is_file():
         if scan.suffix.lower() in KINDS:
             raise InputError(
-                f"{scan.name}: is a mesh, and this command draws scans; `intaglio info {scan.name}` tells about meshes"
+                f"{scan.name}: is a mesh, and this command takes volumes: "
+                f"`intaglio distance {scan.name} -o {scan.stem}.nii.gz` makes one of it, which has the same surface; "
+                "info, voxelize, distance, combine and --cut mesh:FILE take meshes"
             )
         if scan.name.lower().endswith((".raw", ".raw.gz")):
             raise InputError(
@@ -177,6 +241,7 @@ def read(steps: Steps, scan: Path, how: Reading) -> Any:
             scan,
             raw=layout,
             spacing=None if layout else step,
+            axes=how.axes,
             fill=how.fill,
             series=how.series,
             index=how.index,
@@ -185,84 +250,3 @@ def read(steps: Steps, scan: Path, how: Reading) -> Any:
     for text in volume.notes:
         say(f"note: {text}")
     return volume
-
-
-def _options_of(parameters: type, prefix: str = "", panel: str = "Style, parameter by parameter") -> list[inspect.Parameter]:
-    """One command-line option for each field of a parameter dataclass; None means the style's own value."""
-    out = []
-    for item in fields(parameters):
-        assert item.default is not MISSING
-        name, kind = f"--{prefix}{item.name}".replace("_", "-"), type(item.default)
-        low, high, text = item.metadata["low"], item.metadata["high"], item.metadata["help"]
-        text = text[0].upper() + text[1:]
-        look: Any = {"rich_help_panel": panel}
-        if item.default is None:
-            kind, option = bool, Option(f"{name}/--no-{name[2:]}", help=f"{text}.", show_default=False, **look)
-        elif low is None:
-            option = Option(name, metavar="TEXT", help=f"{text}.", **look)
-        else:
-            option = number(name, text, low, high, kind=kind, **look)
-        annotation: Any = Annotated[kind | None, option]
-        out.append(inspect.Parameter(prefix + item.name, inspect.Parameter.KEYWORD_ONLY, default=None, annotation=annotation))
-    return out
-
-
-def with_groups(command: Callable[..., None]) -> Callable[..., None]:
-    """Replace a command's parameters that are groups of options, such as Reading, by the options."""
-    signature = inspect.signature(command, eval_str=True)
-    groups: dict[str, Any] = {p.name: p.annotation for p in signature.parameters.values() if is_dataclass(p.annotation)}
-    flat = []
-    for parameter in signature.parameters.values():
-        if parameter.name not in groups:
-            flat.append(parameter)
-            continue
-        group = groups[parameter.name]
-        hints = get_type_hints(group, include_extras=True)
-        flat += [parameter.replace(name=f.name, default=f.default, annotation=hints[f.name]) for f in fields(group)]
-
-    @wraps(command)
-    def run(**given: Any) -> None:
-        for name, group in groups.items():
-            given[name] = group(**{f.name: given.pop(f.name) for f in fields(group)})
-        command(**given)
-
-    run.__signature__ = signature.replace(parameters=flat)  # type: ignore[attr-defined]
-    run.__annotations__ = {p.name: p.annotation for p in flat} | {"return": None}
-    return run
-
-
-def with_options(parameters: type, *, only: Container[str] | None = None, **parts: type) -> Callable[..., Callable[..., None]]:
-    """Replace a command's **parameters by the options of a dataclass, so that each is declared once.
-
-    only   names of the fields that matter to the command
-    parts  dataclasses that fields hold; their options are --FIELD-NAME
-    """
-
-    def decorate(command: Callable[..., None]) -> Callable[..., None]:
-        signature = inspect.signature(command, eval_str=True)
-        own = [p for p in signature.parameters.values() if p.kind is not inspect.Parameter.VAR_KEYWORD]
-        derived = [p for p in _options_of(parameters) if only is None or p.name in only]
-        helps = {item.name: item.metadata["help"] for item in fields(parameters)}
-        for name, part in parts.items():
-            derived += _options_of(part, f"{name}_", helps[name].capitalize())
-        keyword = [p.replace(kind=inspect.Parameter.KEYWORD_ONLY) for p in own] + derived
-        command.__signature__ = signature.replace(parameters=keyword)  # type: ignore[attr-defined]
-        command.__annotations__ = {p.name: p.annotation for p in keyword} | {"return": None}
-        return command
-
-    return decorate
-
-
-def styled(name: str, parameters: dict[str, Any]) -> Hatching:
-    """A style with what was given on the command line; any option of a hand's asks for contours by hand."""
-    changes = {key: value for key, value in parameters.items() if value is not None}
-    moves = {key: changes.pop(key) for key in list(changes) if key.startswith("hand_")}
-    by_hand = changes.pop("hand", None)
-    if by_hand is False and moves:
-        option = next(iter(moves)).replace("_", "-")
-        raise BadParameter("cannot be given together with --no-hand", param_hint=f"'--{option}'")
-    own = style(name).hand
-    if by_hand is not None or moves:
-        hand = replace(own or Hand(), **{key.removeprefix("hand_"): value for key, value in moves.items()})
-        changes["hand"] = None if by_hand is False else hand
-    return style(name, **changes)

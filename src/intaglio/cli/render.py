@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import math
 import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from typer import BadParameter, Option
 
+from intaglio.cli.command import as_written
 from intaglio.cli.console import out, running, say
 from intaglio.cli.cuts import Cut, check_cuts, selections_of
+from intaglio.cli.functions import function_of, transfer_function
 from intaglio.cli.options import (
     Lens,
     MainLight,
@@ -17,11 +20,14 @@ from intaglio.cli.options import (
     Scan,
     View,
     camera_options,
+    check_rays,
+    check_written,
+    choice,
     lamps,
     number,
     read,
-    with_groups,
 )
+from intaglio.cli.parameters import with_groups
 from intaglio.errors import InputError
 
 if TYPE_CHECKING:
@@ -29,17 +35,20 @@ if TYPE_CHECKING:
     from intaglio.transfer_function import TransferFunction
     from intaglio.volume import Volume
 
-MODES = "emission-absorption, mip, minip, average, isosurface"
-CLASSIFY = "pre, post, preintegrated"
-INTERPOLATION = "trilinear, tricubic"
-GRADIENT = "central, cell, tricubic"
+PROJECTIONS = ("mip", "minip", "average")
+MODES = ("emission-absorption", *PROJECTIONS, "isosurface")
+CLASSIFY = ("pre", "post", "preintegrated")
+INTERPOLATION = ("trilinear", "tricubic")
+GRADIENT = ("central", "cell", "tricubic")
 TRANSFER: Any = {"rich_help_panel": "What is seen"}
 PICTURE: Any = {"rich_help_panel": "Picture"}
-PRESET = "Transfer function by name; ct-... for Hounsfield units, mr-... by the scan's range"
-TF = "Transfer function of 3D Slicer (.vp.json, .vp) or ParaView (.json)."
-ISO = "Isosurface, for that mode; may be given several times."
+TF = "Colours and opacities of values"
+SMALL = "that show less than this part of what the largest shows, such as a board"
+ISO = "An isosurface, its colour and how opaque it is, 0 to 1; may be repeated."
 EMPHASIS = "Show boundaries: nothing where the value changes by LOW per mm, all from HIGH on."
 SIZE = "Pixels: the longer side, or width x height such as 800x600."
+# Floats that a pixel needs: colours, as they are and as they are written.
+LAYERS = 10
 BONE = (0.96, 0.92, 0.82)
 DEFAULT = Path("picture.png")
 
@@ -49,22 +58,20 @@ def render(
     scan: Scan,
     output: Annotated[Path, Option("--output", "-o", metavar="FILE", help="Picture to write: .png.", readable=False)] = DEFAULT,
     view: View = "anterior",
-    preset: Annotated[str | None, Option("--preset", metavar="NAME", help=f"{PRESET}.", **TRANSFER)] = None,
-    tf: Annotated[Path | None, Option("--tf", metavar="FILE", help=TF, readable=False, **TRANSFER)] = None,
-    mode: Annotated[str, Option("--mode", metavar="NAME", help=f"One of {MODES}.", **TRANSFER)] = "emission-absorption",
-    iso: Annotated[
-        list[str] | None, Option("--iso", metavar="VALUE:#RRGGBB:OPACITY", help=ISO, show_default=False, **TRANSFER)
+    tf: Annotated[str | None, transfer_function(TF, **TRANSFER)] = None,
+    mode: Annotated[
+        str | None, choice("--mode", "What a ray shows", MODES, show_default="emission-absorption", **TRANSFER)
     ] = None,
-    classify: Annotated[str, Option("--classify", metavar="WHEN", help=f"One of {CLASSIFY}.", **TRANSFER)] = "post",
+    iso: Annotated[
+        list[str] | None, Option("--iso", metavar="VALUE[:#RRGGBB[:OPACITY]]", help=ISO, show_default=False, **TRANSFER)
+    ] = None,
+    islands: Annotated[float, number("--islands", f"Leave out pieces {SMALL}", 0, 1, **TRANSFER)] = 0,
+    classify: Annotated[str, choice("--classify", "When values become colours", CLASSIFY, **TRANSFER)] = "post",
     step: Annotated[
         float, number("--step", "Distance of samples in voxels: smaller is finer and slower", 0.01, 16, **TRANSFER)
     ] = 0.5,
-    interpolation: Annotated[
-        str, Option("--interpolation", metavar="NAME", help=f"Of values, one of {INTERPOLATION}.", **TRANSFER)
-    ] = "trilinear",
-    gradient: Annotated[
-        str | None, Option("--gradient", metavar="NAME", help=f"For light, one of {GRADIENT}.", show_default=False, **TRANSFER)
-    ] = None,
+    interpolation: Annotated[str, choice("--interpolation", "Of values", INTERPOLATION, **TRANSFER)] = "trilinear",
+    gradient: Annotated[str | None, choice("--gradient", "For light", GRADIENT, show_default=False, **TRANSFER)] = None,
     reach: Annotated[float, number("--reach", "How far central differences look, voxels", 0.01, 16, **TRANSFER)] = 1.0,
     emphasis: Annotated[
         str | None, Option("--emphasis", metavar="LOW:HIGH", help=EMPHASIS, show_default=False, **TRANSFER)
@@ -86,79 +93,62 @@ def render(
 
     `intaglio render head.nii.gz -o head.png`
 
-    `intaglio render ct.nii.gz --preset ct-bone --view anterior-left`
+    `intaglio render ct.nii.gz --tf ct-bone --view anterior-left`
 
     `intaglio render mr.nii.gz --mode mip --background #000000`
 
-    `intaglio render ct.nii.gz --mode isosurface --iso 300:#f0e6d0:1`
+    `intaglio render ct.nii.gz --iso -300:#e8b89a:0.4 --iso 300`
 
-    Without --preset and --tf, one that suits the scan is chosen and named.
+    Without --tf, one that suits the scan is chosen and named; of distances and labels, the surface is shown.
     """  # fmt: skip
     from intaglio.camera import Camera, view_direction
-    from intaglio.io.plates import check_output
-    from intaglio.rendering.raycast import (
-        CLASSIFY as WHEN,
-        GRADIENT as GRADIENT_NAMES,
-        INTERPOLATION as INTERPOLATION_NAMES,
-        MODES as HOW,
-        render as picture_of,
-    )
-    from intaglio.transfer_function import TransferFunction
+    from intaglio.rendering.raycast import render as picture_of
     from intaglio.transfer_function_2d import TransferFunction2D
 
-    check_output(output, (".png",))
-    how = next((m for m in HOW if m == mode), None)
-    when = next((c for c in WHEN if c == classify), None)
-    if how is None:
-        raise BadParameter(f"must be one of {MODES}, not {mode!r}", param_hint="'--mode'")
-    if when is None:
-        raise BadParameter(f"must be one of {CLASSIFY}, not {classify!r}", param_hint="'--classify'")
-    if preset is not None and tf is not None:
-        raise BadParameter("cannot be given together with --preset", param_hint="'--tf'")
-    if preset is not None and preset not in TransferFunction.presets():
-        raise BadParameter(f"must be one of {', '.join(TransferFunction.presets())}, not {preset!r}", param_hint="'--preset'")
-    if how == "isosurface" and (preset or tf):
+    check_written(output, (".png",))
+    if mode == "isosurface" and tf:
         raise BadParameter("cannot be isosurface with a transfer function; say what is seen with --iso", param_hint="'--mode'")
-    if iso and how != "isosurface":
-        raise BadParameter("needs --mode isosurface", param_hint="'--iso'")
+    if iso and (tf or mode not in (None, "isosurface")):
+        raise BadParameter("cannot be given with --tf, nor with another --mode than isosurface", param_hint="'--iso'")
     if bits not in (8, 16):
         raise BadParameter(f"must be 8 or 16, not {bits}", param_hint="'--bits'")
-    between = next((i for i in INTERPOLATION_NAMES if i == interpolation), None)
-    if between is None:
-        raise BadParameter(f"must be one of {INTERPOLATION}, not {interpolation!r}", param_hint="'--interpolation'")
-    slope = next((g for g in GRADIENT_NAMES if g == gradient), None)
-    if gradient is not None and slope is None:
-        raise BadParameter(f"must be one of {GRADIENT}, not {gradient!r}", param_hint="'--gradient'")
-    if interpolation == "tricubic" and (when != "post" or how != "emission-absorption"):
+    through = mode in (None, "emission-absorption")
+    if interpolation == "tricubic" and (classify != "post" or not through):
         raise BadParameter("tricubic needs --mode emission-absorption and --classify post", param_hint="'--interpolation'")
-    slopes = _slopes(emphasis) if emphasis is not None else None
-    if slopes and (when != "post" or how != "emission-absorption"):
+    if emphasis is not None and (classify != "post" or not through):
         raise BadParameter("needs --mode emission-absorption and --classify post", param_hint="'--emphasis'")
+    if islands and mode in PROJECTIONS:
+        raise BadParameter(f"cannot be left out with --mode {mode}", param_hint="'--islands'")
+    slopes = _slopes(emphasis) if emphasis is not None else None
     surfaces = [_surface(text) for text in iso or ()]
     paper = _background(background)
     pixels = _size(size)
-    view_direction(view)
-    lights = lamps(light)
+    with as_written():
+        view_direction(view)
+        lights = lamps(light)
+    function_for = function_of(tf)
     looking = camera_options(lens)
     check_cuts(cut)
-    function = TransferFunction.read(tf) if tf is not None else None
     with running() as steps:
         volume = read(steps, scan, reading)
         with steps.step("preparing"):
-            if preset is not None:
-                function = TransferFunction.preset(preset, volume.range)
-            elif how == "isosurface" and not surfaces:
+            function = function_for(volume) if function_for else None
+            if mode is None and function is None and not surfaces:
+                volume, surfaces = _solid(volume)
+            how = mode or ("isosurface" if surfaces else "emission-absorption")
+            if how == "isosurface" and not surfaces:
                 surfaces = [_body(volume)]
             elif how == "emission-absorption" and function is None:
                 function = _suitable(volume)
-            shown = None if how in ("mip", "minip", "average") else function
-            camera = Camera.looking(view, _seen(volume, shown, surfaces), pixels, **looking)
+            shown = None if how in PROJECTIONS else function
+            camera = Camera.looking(view, _seen(volume, shown, surfaces, islands), pixels, **looking)
+            check_rays(camera, LAYERS)
             colours = TransferFunction2D.emphasized(function, volume.range, slopes) if function and slopes else function
         with steps.step("rendering") as progress:
+            ways: dict[str, Any] = {"mode": how, "classify": classify, "interpolation": interpolation, "gradient": gradient}
             image = picture_of(
-                volume, colours, camera, mode=how, classify=when, surfaces=surfaces, step=step, interpolation=between,
-                gradient=slope, reach=reach, lit=not unlit, lights=lights, selections=selections_of(cut, volume), ghost=ghost,
-                background=paper, progress=progress,
+                volume, colours, camera, surfaces=surfaces, step=step, reach=reach, lit=not unlit, lights=lights, islands=islands,
+                selections=selections_of(cut, volume), ghost=ghost, background=paper, progress=progress, **ways,
             )  # fmt: skip
         with steps.step("writing"):
             image.save(output, bits=bits)
@@ -180,14 +170,16 @@ def _slopes(text: str) -> tuple[tuple[float, float], tuple[float, float]]:
 
 
 def _surface(text: str) -> Surface:
-    """VALUE:#rrggbb:OPACITY."""
+    """VALUE, VALUE:#rrggbb or VALUE:#rrggbb:OPACITY."""
+    value, _, look = text.partition(":")
+    colour, _, opacity = look.partition(":")
     try:
-        value, colour, opacity = text.split(":")
-        surface = float(value), _rgb(colour), float(opacity)
+        surface = float(value), _rgb(colour) if colour else BONE, float(opacity or 1)
     except ValueError:
         surface = None
-    if surface is None or not 0 <= surface[2] <= 1 or surface[0] != surface[0]:
-        raise BadParameter(f"must be VALUE:#rrggbb:OPACITY such as 300:#f0e6d0:0.5, not {text!r}", param_hint="'--iso'")
+    if surface is None or not 0 <= surface[2] <= 1 or not math.isfinite(surface[0]):
+        forms = "VALUE, VALUE:#rrggbb or VALUE:#rrggbb:OPACITY such as 300:#f0e6d0:0.5"
+        raise BadParameter(f"must be {forms}, not {text!r}", param_hint="'--iso'")
     return surface
 
 
@@ -221,6 +213,19 @@ def _body(volume: Volume) -> Surface:
     return iso, BONE, 1.0
 
 
+def _solid(volume: Volume) -> tuple[Volume, list[Surface]]:
+    """What has a surface rather than colours, and that surface: distances, and of labels the distances to them all."""
+    import numpy as np
+
+    from intaglio.rendering.isovalue import is_label_map
+    from intaglio.solid.labels import label_distance
+
+    if is_label_map(volume):
+        say(f"note: {volume.name} holds labels; showing all of them as one body; `intaglio hatch --label` draws single ones")
+        return label_distance(volume, [int(label) for label in np.unique(volume.array) if label]), [(0.0, BONE, 1.0)]
+    return volume, [_body(volume)] if volume.distances else []
+
+
 def _suitable(volume: Volume) -> TransferFunction:
     """ct-bone in Hounsfield units; otherwise colours that begin where the body does and end at the brightest voxel."""
     from intaglio.rendering.isovalue import SKIN_HU, body_surface
@@ -228,26 +233,31 @@ def _suitable(volume: Volume) -> TransferFunction:
 
     iso, what = body_surface(volume)
     if iso == SKIN_HU and "Hounsfield" in what:
-        say("note: no --preset given; showing ct-bone, for the values are Hounsfield units")
+        say("note: no --tf given; showing ct-bone, for the values are Hounsfield units")
         return TransferFunction.preset("ct-bone")
     low, high = volume.range
     function = TransferFunction.preset("mr-default", (0.0, 1.0))
     first, begin = function.points[0].value, function.points[1].value
     if not low < iso < high:
-        raise InputError(f"{volume.name}: no value parts body from surroundings; say what is seen with --preset or --tf")
-    say(f"note: no --preset given; showing mr-default, from {iso:g}, {what}, to {high:g}")
+        raise InputError(f"{volume.name}: no value parts body from surroundings; say what is seen with --tf")
+    say(f"note: no --tf given; showing mr-default, from {iso:g}, {what}, to {high:g}")
     return function.mapped((first, begin, 1.0), (low, iso, high))
 
 
-def _seen(volume: Volume, function: TransferFunction | None, surfaces: list[Surface]) -> Any:
+def _seen(volume: Volume, function: TransferFunction | None, surfaces: list[Surface], islands: float) -> Any:
     """What must be in the picture: blocks in which something is visible; the whole volume where nothing is, or all."""
-    from intaglio.rendering.skipping import SURFACE, min_max_blocks, surface_blocks, surface_corners
+    import numpy as np
 
-    low, high = volume.range
+    from intaglio.rendering.pieces import shown_pieces, surface_pieces
+    from intaglio.rendering.skipping import SURFACE, min_max_blocks, surface_corners
+
+    low, high = min_max_blocks(volume)
     if surfaces:
-        blocks = surface_blocks(volume, min(value for value, _, _ in surfaces))
-    elif function is not None and low < high:
-        blocks = function.visible(*min_max_blocks(volume)).astype("uint8") * SURFACE
+        levels = np.array([value for value, _, _ in surfaces], dtype=np.float32)
+        seen = np.any([(low < level) & (high >= level) for level in levels], axis=0)
+        seen = surface_pieces(volume, levels, seen, islands)
+    elif function is not None and volume.range[0] < volume.range[1]:
+        seen = shown_pieces(volume, function, function.visible(low, high), islands)
     else:
         return volume
-    return surface_corners(volume, blocks) if (blocks == SURFACE).any() else volume
+    return surface_corners(volume, seen.astype("uint8") * SURFACE) if seen.any() else volume

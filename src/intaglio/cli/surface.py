@@ -8,10 +8,10 @@ from typing import Annotated, Any
 from typer import BadParameter, Option
 
 from intaglio.cli.console import out, running, say
-from intaglio.cli.options import Reading, Scan, number, read, with_groups
+from intaglio.cli.options import Inside, Reading, Scan, check_written, number, read
+from intaglio.cli.parameters import with_groups
 from intaglio.cli.surfaces import label_ranges, present
 
-INSIDE = "On which side of the isovalue the body is: above, as in scans, or below, as in distance fields."
 DEFAULT = Path("surface.stl")
 
 
@@ -26,7 +26,7 @@ def surface(
         str | None, Option("--label", metavar="NUMBERS", help="Voxels of these values: 5, 2,3 or 26-33.", show_default=False)
     ] = None,
     smooth: Annotated[bool, Option("--smooth/--no-smooth", help="Labels without the steps of their voxels.")] = True,
-    inside: Annotated[str, Option("--inside", metavar="SIDE", help=INSIDE)] = "above",
+    inside: Inside = None,
     open_: Annotated[bool, Option("--open", help="Leave the mesh open where the body leaves the scan.")] = False,
     *,
     reading: Reading,
@@ -37,33 +37,31 @@ def surface(
 
     `intaglio surface labels.nii.gz --label 5 -o liver.ply`
 
-    `intaglio surface distance.nii.gz --iso 0 --inside below -o solid.glb`
+    `intaglio surface distance.nii.gz -o solid.glb`
     """
     from intaglio.io.mesh_files import SAVED
-    from intaglio.io.plates import check_output
+    from intaglio.rendering.isovalue import body_surface, is_label_map
     from intaglio.solid.surface import surface as surface_of
 
-    check_output(output, SAVED)
+    check_written(output, SAVED)
     if iso is not None and label is not None:
         raise BadParameter("cannot be given together with --iso", param_hint="'--label'")
-    if inside not in ("above", "below"):
-        raise BadParameter(f"must be above or below, not {inside!r}", param_hint="'--inside'")
+    if inside is not None and label is not None:
+        raise BadParameter("is for isovalues, not for --label", param_hint="'--inside'")
     ranges = label_ranges(label) if label is not None else []
     with running() as steps:
         volume = read(steps, scan, reading)
-        body: dict[str, Any] = {"label": present(ranges, volume), "smooth": smooth}
-        if not ranges:
-            body = {"iso": _body(volume) if iso is None else iso, "inside": inside}
+        if not ranges and iso is None and inside is None and is_label_map(volume):
+            say(f"note: {volume.name} holds labels; taking all of them as one body, --label picks one")
+            ranges = [range(1, int(volume.array.max()) + 1)]
+        body: dict[str, Any] = {"iso": iso, "inside": inside}
+        if ranges:
+            body = {"label": present(ranges, volume), "smooth": smooth}
+        elif iso is None:
+            body["iso"], what = body_surface(volume)
+            say(f"note: no --iso given; taking {body['iso']:g}, {what}")
         with steps.step("extracting") as progress:
             mesh = surface_of(volume, **body, cap=not open_, progress=progress)
         with steps.step("writing"):
             mesh.save(output)
     out.print(f"{output}  {len(mesh.triangles)} triangles, {len(mesh.vertices)} vertices, {steps.summary()}", markup=False)
-
-
-def _body(volume: Any) -> float:
-    from intaglio.rendering.isovalue import body_surface
-
-    iso, what = body_surface(volume)
-    say(f"note: no --iso given; taking {iso:g}, {what}")
-    return iso

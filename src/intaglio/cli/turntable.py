@@ -7,6 +7,7 @@ from typing import Annotated, Any
 
 from typer import Option
 
+from intaglio.cli.command import as_written
 from intaglio.cli.console import out, running
 from intaglio.cli.options import (
     CAMERA,
@@ -16,18 +17,18 @@ from intaglio.cli.options import (
     Reading,
     Scan,
     Seed,
+    Style,
     View,
     camera_options,
+    check_written,
     lamps,
     number,
     read,
-    styled,
-    with_groups,
-    with_options,
 )
+from intaglio.cli.parameters import styled, with_groups, with_options
 from intaglio.cli.surfaces import Subject, parts_named
 from intaglio.ink.hand import Hand
-from intaglio.ink.styles import STYLES, Hatching
+from intaglio.ink.styles import Hatching
 
 DEFAULT = Path("spin.gif")
 TURN: Any = {"rich_help_panel": "Turning"}
@@ -44,7 +45,7 @@ def turntable(
     *,
     view: View = "anterior",
     subject: Subject,
-    style: Annotated[str, Option("--style", metavar="NAME", help=f"One of {', '.join(STYLES)}.")] = "pen-and-ink",
+    style: Style = "pen-and-ink",
     seed: Seed = 0,
     frames: Annotated[int, number("--frames", "How many pictures share the turn", 1, 3600, kind=int, **TURN)] = 36,
     degrees: Annotated[float, number("--degrees", "How far it turns", -36000, 36000, unit="DEGREES", **TURN)] = 360,
@@ -69,12 +70,15 @@ def turntable(
     """
     from intaglio.animation import turntable as plates_of
     from intaglio.camera import view_direction
-    from intaglio.io.moving import check_moving, save_moving
+    from intaglio.io.moving import MOVING, check_moving, save_moving
 
+    if output.suffix:
+        check_written(output, MOVING)
     check_moving(output)
     parts_in = parts_named(subject, lambda name: styled(name or style, parameters))
-    view_direction(view)
-    lights = lamps(light)
+    with as_written():
+        view_direction(view)
+        lights = lamps(light)
     looking = camera_options(lens)
     with running() as steps:
         volume = read(steps, scan, reading)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from intaglio.cli.console import running
+from intaglio.cli.options import check_written
 from intaglio.cli.solids import Like, Mesh, Output, Resolution, Step, read_mesh_and_grid, report
 
 DEFAULT = Path("voxels.nii.gz")
@@ -23,10 +24,10 @@ def voxelize(
 
     `intaglio voxelize tumour.ply --like head.nii.gz -o mask.nrrd`
     """
-    from intaglio.io.volume_files import check_volume_output, write_volume
+    from intaglio.io.volume_files import KINDS, write_volume
     from intaglio.solid.scan_conversion import voxelize as voxels_of
 
-    check_volume_output(output)
+    check_written(output, KINDS)
     with running() as steps:
         model, grid = read_mesh_and_grid(steps, mesh, resolution, spacing, like)
         with steps.step("voxels") as progress:

@@ -65,7 +65,7 @@ def choose_series(name: str, groups: dict[str, list[Slice]], series: str | int |
         return groups[uids[0]], []
     volumes = [uid for uid in uids if _depth(groups[uid]) > 3]
     if len(volumes) != 1:
-        raise InputError(f"{name}: holds {len(uids)} DICOM series; choose one with series= (command line: --series): {listing}")
+        raise InputError(f"{name}: holds {len(uids)} DICOM series; choose one with series=: {listing}")
     return groups[volumes[0]], [
         f"series {uids.index(volumes[0]) + 1} of {len(uids)} chosen, the others are no volumes: {listing}"
     ]

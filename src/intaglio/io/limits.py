@@ -21,13 +21,11 @@ def check_shape(name: str, shape: Sequence[int]) -> None:
         raise InputError(f"{name}: is a single image of {text} pixels, not a volume; give the whole series or stack")
 
 
-def check_memory(name: str, promised: int) -> None:
+def check_memory(name: str, promised: int, remedy: str = "crop or resample it, or check its header") -> None:
     """Refuse more bytes than the machine has free."""
     free = _free_memory()
     if promised > free:
-        raise InputError(
-            f"{name}: needs {readable(promised)} of memory, {readable(free)} are free; crop or resample it, or check its header"
-        )
+        raise InputError(f"{name}: needs {readable(promised)} of memory, {readable(free)} are free; {remedy}")
 
 
 def check_payload(name: str, promised: int, stored: int, *, deflated: bool = False) -> None:
@@ -53,7 +51,7 @@ def check_spacing(name: str, spacing: Sequence[float], remedy: str = "repair the
 def check_index(name: str, count: int, index: int | None) -> None:
     """Whether index picks one of count volumes; without it there must be only one."""
     if index is None and count > 1:
-        raise InputError(f"{name}: holds {count} volumes; choose one with index=0..{count - 1} (command line: --index)")
+        raise InputError(f"{name}: holds {count} volumes; choose one with index=0..{count - 1}")
     if index is not None and not 0 <= index < count:
         raise InputError(f"{name}: index must be between 0 and {count - 1}, not {index!r}")
 

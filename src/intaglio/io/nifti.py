@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from intaglio.errors import InputError
+from intaglio.io.distances import MARK
 from intaglio.io.geometry import NO_ORIENTATION, Matrix, ras_from_lps
 from intaglio.io.limits import check_index, check_memory, check_payload, check_shape, check_spacing
 from intaglio.io.payload import is_gzip, opened, read_slices, skip
@@ -33,13 +34,13 @@ _FIELDS: dict[int, dict[str, tuple[int, Any]]] = {
         "dim": (40, ("i2", 8)), "datatype": (70, "i2"), "pixdim": (76, ("f4", 8)), "vox_offset": (108, "f4"),
         "scl_slope": (112, "f4"), "scl_inter": (116, "f4"), "xyzt_units": (123, "u1"), "qform_code": (252, "i2"),
         "sform_code": (254, "i2"), "quatern": (256, ("f4", 3)), "qoffset": (268, ("f4", 3)), "srow": (280, ("f4", (3, 4))),
-        "magic": (344, "S3"),
+        "magic": (344, "S3"), "descrip": (148, "S80"),
     },
     540: {
         "dim": (16, ("i8", 8)), "datatype": (12, "i2"), "pixdim": (104, ("f8", 8)), "vox_offset": (168, "i8"),
         "scl_slope": (176, "f8"), "scl_inter": (184, "f8"), "xyzt_units": (500, "i4"), "qform_code": (344, "i4"),
         "sform_code": (348, "i4"), "quatern": (352, ("f8", 3)), "qoffset": (376, ("f8", 3)), "srow": (400, ("f8", (3, 4))),
-        "magic": (4, "S3"),
+        "magic": (4, "S3"), "descrip": (240, "S80"),
     },
 }  # fmt: skip
 
@@ -93,7 +94,7 @@ def _transform(name: str, h: dict[str, Any], notes: list[str]) -> Matrix:
             if not apart <= 0.1:
                 notes.append(f"the qform differs from the sform by up to {apart:.3g} mm: the sform is used")
     else:
-        check_spacing(name, h["pixdim"][1:4], "give spacing=(x, y, z)")
+        check_spacing(name, h["pixdim"][1:4], "give spacing=")
         if h["qform_code"] > 0:
             matrix = _quaternion_transform(h)
         else:
@@ -137,6 +138,8 @@ def read_nifti(
     if spacing and not all(math.isfinite(s) and s > 0 for s in h["pixdim"][1:4]):
         h["pixdim"][1:4] = spacing
     matrix = _transform(name, h, notes)
+    if h["descrip"].startswith(MARK.encode()):
+        notes.append(MARK)
     slope, intercept = h["scl_slope"], h["scl_inter"]
     if slope == 0 or not math.isfinite(slope) or not math.isfinite(intercept):
         slope, intercept = 1.0, 0.0

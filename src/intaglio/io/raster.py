@@ -52,13 +52,18 @@ def drawing_bytes8(drawing: Drawing, dpi: float, *, progress: Progress | None = 
 
 def pixel_size(drawing: Drawing, dpi: float) -> tuple[int, int]:
     """(width, height) of the plate's picture."""
+    return pixels_of(drawing.width_mm, drawing.height_mm, dpi)
+
+
+def pixels_of(width_mm: float, height_mm: float, dpi: float) -> tuple[int, int]:
+    """(width, height) in pixels of paper of this size. InputError for more than 400 million, and for a dpi outside 10..2400."""
     if not 10 <= dpi <= 2400:
         raise InputError(f"dpi must be between 10 and 2400, not {dpi!r}")
-    width, height = (max(1, round(mm / 25.4 * dpi)) for mm in (drawing.width_mm, drawing.height_mm))
+    width, height = (max(1, round(mm / 25.4 * dpi)) for mm in (width_mm, height_mm))
     if width * height > LARGEST:
         fits = math.floor(dpi * math.sqrt(LARGEST / (width * height)))
         raise InputError(
-            f"dpi must be at most {fits} for a plate of {drawing.width_mm:g} x {drawing.height_mm:g} mm, not {dpi:g}"
+            f"dpi must be at most {fits} for a plate of {width_mm:g} x {height_mm:g} mm, not {dpi:g}"
             f" ({width} x {height} pixels); write .svg or .pdf instead"
         )
     return width, height

@@ -37,7 +37,7 @@ def read_raw(path: Path, raw: Raw, *, progress: Progress | None = None) -> tuple
     expected = x * y * z * stored.itemsize
     found = path.stat().st_size
     deflated = is_gzip(path)
-    remedy = f"raw=(({x}, {y}, {z}), {stored.str!r}, ...) does not fit the file"
+    remedy = f"{x} x {y} x {z} voxels of {stored.str} do not fill the file; correct raw="
     if deflated:
         check_payload(name, expected, found, deflated=True)
     elif expected != found:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from intaglio.errors import InputError
 from intaglio.io import geometry, itk
+from intaglio.io.distances import KEY, MARK
 from intaglio.io.geometry import NO_ORIENTATION, Matrix
 from intaglio.io.limits import check_index, check_memory, check_payload, check_shape, check_spacing
 from intaglio.io.payload import check_zlib
@@ -109,6 +110,8 @@ def _notes(fields: dict[str, str]) -> list[str]:
         notes.append(NO_ORIENTATION)
     if not fields.keys() & {"spacings", "spacedirections", "elementspacing", "elementsize"}:
         notes.append("no spacing stored: 1 mm assumed")
+    if fields.get(KEY.lower()) == MARK:
+        notes.append(MARK)
     return notes
 
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from intaglio.errors import InputError
+from intaglio.io.distances import KEY, MARK
 from intaglio.io.geometry import ras_from_lps
 from intaglio.io.plates import check_output
 from intaglio.volume import Volume, check_volume
@@ -31,8 +32,9 @@ def check_volume_output(path: str | os.PathLike[str]) -> Path:
 def write_volume(volume: Volume, path: str | os.PathLike[str], progress: Progress | None = None) -> None:
     """Write a .nii, .nii.gz, .nrrd or .mha file, which appears under its name only when it is complete.
 
-    Voxels keep their type; bool becomes uint8, half and long floats become float32 and float64. The file's orientation is
-    LPS where the format says so, and 3D Slicer or SimpleITK find every voxel at its place in the world.
+    Voxels keep their type; bool becomes uint8, half and long floats become float32 and float64. Distances are marked as such,
+    which `read_volume` understands. The file's orientation is LPS where the format says so, and 3D Slicer or SimpleITK find
+    every voxel at its place in the world.
     progress is called with 0 or 1 done, of 1. Raises InputError where the file cannot be written, and for a sheared grid,
     which these formats do not know.
     """
@@ -52,6 +54,8 @@ def write_volume(volume: Volume, path: str | os.PathLike[str], progress: Progres
     # The nearest matrix at right angles to the last digit, or else NIfTI's quaternion comes out of another.
     u, _, v = np.linalg.svd(direction)
     image.SetDirection((u @ v).ravel().tolist())
+    if volume.distances:
+        image.SetMetaData(KEY, MARK)
     kind = next(k for k in KINDS[::-1] if target.name.lower().endswith(k))
     partial = target.with_name(f".{secrets.token_hex(6)}.partial{kind}")
     try:

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from intaglio.errors import InputError
-from intaglio.io.geometry import Matrix
+from intaglio.io.distances import GUESSED, MARK, are_distances
+from intaglio.io.geometry import Matrix, directions, is_placed
 from intaglio.io.limits import check_index
 from intaglio.io.nifti import read_nifti
 from intaglio.io.raw import Raw, read_raw
@@ -70,7 +71,7 @@ def _finite(name: str, array: NDArray[Any], fill: float | None) -> NDArray[Any]:
         return array
     bad = sum(int(plane.size - np.count_nonzero(np.isfinite(plane))) for plane in array)
     if bad and fill is None:
-        raise InputError(f"{name}: {bad} voxels are NaN or infinite; replace them with fill=VALUE (command line: --fill VALUE)")
+        raise InputError(f"{name}: {bad} voxels are NaN or infinite; replace them with fill=VALUE")
     if bad:
         for plane in array:
             plane[~np.isfinite(plane)] = fill
@@ -98,6 +99,7 @@ def read_volume(
     *,
     raw: Raw | None = None,
     spacing: ArrayLike | None = None,
+    axes: str | None = None,
     fill: float | None = None,
     series: str | int | None = None,
     index: int | None = None,
@@ -110,11 +112,14 @@ def read_volume(
     raw       ((x, y, z), dtype, spacing) for files without a header: number of voxels, a numpy type with
               byte order such as ">u2", and mm
     spacing   (x, y, z) in mm, or one number, in place of what the file says
+    axes      to which side of the patient x, y and z run, in place of what the file says: LPS is columns to the left, rows
+              posterior, slices superior; RAS, PIR and so on
     fill      the value for voxels that are NaN or infinite
     series    which DICOM series: its uid, or its number from 1 in the listing that the error gives
     index     which volume of a 4-D file, from 0
     progress  called with slices done and in all
 
+    Signed distances are recognized, in files that `write_volume` made and by their values in others: see `Volume.distances`.
     What had to be assumed is in the volume's notes. The array may be read-only.
     Raises InputError for anything that is not one whole volume of finite numbers.
     """
@@ -123,6 +128,7 @@ def read_volume(
     if fill is not None and not math.isfinite(fill):
         raise InputError(f"fill must be a finite number, not {fill!r}")
     step = None if spacing is None else _three(spacing)
+    sides = None if axes is None else directions(axes)
     try:
         if not path.exists():
             raise InputError(f"{path}: no such file or folder; check the path")
@@ -133,4 +139,10 @@ def read_volume(
     if step is not None:
         matrix = _respaced(matrix, step)
         notes = [note for note in notes if "mm assumed" not in note]
-    return Volume(array, matrix, name, tuple(notes))
+    if sides is not None:
+        matrix = matrix.copy()
+        matrix[:3, :3] = sides * np.linalg.norm(matrix[:3, :3], axis=0)
+        notes = [note for note in notes if is_placed([note])]
+    distances = array.dtype.kind == "f" and (MARK in notes or are_distances(array, matrix))
+    notes = [note for note in notes if note != MARK] + ([GUESSED] if distances and MARK not in notes else [])
+    return Volume(array, matrix, name, tuple(notes), distances)

@@ -17,6 +17,7 @@ from intaglio.gbuffer import GBuffer
 from intaglio.lighting import DEFAULT_LIGHTS, Light, Material, packed_lights
 from intaglio.rendering.cutting import cut_blocks, kept
 from intaglio.rendering.first_hit import first_hit, ray_at
+from intaglio.rendering.isovalue import body_side
 from intaglio.rendering.skipping import Inside, surface_blocks
 from intaglio.sampling import tricubic, trilinear
 from intaglio.selection import Selection, packed_selections
@@ -218,14 +219,14 @@ def isosurface(
     *,
     lights: Sequence[Light] = DEFAULT_LIGHTS,
     material: Material | None = None,
-    inside: Inside = "above",
+    inside: Inside | None = None,
     islands: float = 0.0,
     selections: Sequence[Selection] = (),
     progress: Progress | None = None,
 ) -> GBuffer:
     """The surface where the volume has the value `iso`, as the camera sees it.
 
-    inside   on which side of the isovalue the body is: "below" for distance fields
+    inside   on which side of the isovalue the body is, "above" or "below"; default: above, but below in distances
     islands  pieces smaller than this part of the largest one are left out (see `surface_blocks`)
     selections  tools that cut the body open; cut faces have the tools' normals
     Returns a GBuffer of camera.size. The hit is that of the field through the voxels to fourth order in
@@ -242,8 +243,7 @@ def isosurface(
         raise InputError(f"{volume.name}: every voxel is {low:g}, so it has no surface; is this the right file?")
     if not low < iso <= high:
         raise InputError(f"{volume.name}: iso must be within the volume's values, above {low:g} up to {high:g}, not {iso:g}")
-    if inside not in ("above", "below"):
-        raise InputError(f"inside must be above or below, not {inside!r}")
+    inside = body_side(volume, inside)
     eye = volume.index_from_world[:3, :3] @ camera.eye + volume.index_from_world[:3, 3]
     if ((eye >= 0) & (eye <= np.array(volume.shape[::-1]) - 1)).all():
         raise InputError(f"{volume.name}: the camera is inside the volume; move it out, at a larger distance")

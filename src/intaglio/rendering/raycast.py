@@ -19,8 +19,9 @@ from intaglio.rendering.cutting import cut_blocks
 from intaglio.rendering.emission import BOUNDARIES, POST, PRE, PREINTEGRATED, integrate
 from intaglio.rendering.ghost import ghosts
 from intaglio.rendering.packets import CELL, CENTRAL, SPLINE, flat
+from intaglio.rendering.pieces import shown_pieces, surface_pieces
 from intaglio.rendering.projection import projection
-from intaglio.rendering.skipping import min_max_blocks
+from intaglio.rendering.skipping import check_islands, min_max_blocks
 from intaglio.rendering.translucent import trace_surfaces
 from intaglio.selection import Selection, packed_selections
 from intaglio.transfer_function import TransferFunction
@@ -59,6 +60,7 @@ def render(
     lights: Sequence[Light] = DEFAULT_LIGHTS,
     material: Material | None = None,
     fade: float | None = None,
+    islands: float = 0.0,
     selections: Sequence[Selection] = (),
     ghost: float = 0.0,
     background: tuple[float, float, float, float] = (1.0, 1.0, 1.0, 1.0),
@@ -80,6 +82,8 @@ def render(
                 from cell to cell; "tricubic", the B-spline's. Default: central, but cell for fog, and tricubic with such values
     lit         Blinn-Phong light of each sample's gradient; unlit, the transfer function's colour is emitted as it is
     fade        slope, in values per mm, below which a sample has no normal; default 2 % of the range per smallest spacing
+    islands     pieces that show less than this part of what the largest one shows are left out, such as a board that is
+                seen as a veil; not in projections
     selections  tools that cut the volume open; cut faces are lit with the tools' normals
     ghost       opacity of the rim of tools, shown as glass; 0 for not at all
     background  straight RGBA behind the volume
@@ -88,6 +92,9 @@ def render(
     check_volume(volume)
     low, high = _checked(volume, transfer_function, mode, classify, surfaces, step, fade, background)
     _check_sampling(transfer_function, mode, classify, interpolation, gradient, reach, ghost)
+    check_islands(islands)
+    if islands and mode in ("mip", "minip", "average"):
+        raise InputError(f"islands can be left out only of what is shown in parts, not in mode {mode!r}")
     material = material or Material()
     if mode in ("mip", "minip", "average"):
         assert not isinstance(transfer_function, TransferFunction2D)
@@ -113,6 +120,7 @@ def render(
         levels = np.array([s[0] for s in surfaces], dtype=np.float32)
         colours = np.array([(*s[1], s[2]) for s in surfaces], dtype=np.float32)
         visible = np.any([(block_low < v) & (block_high >= v) for v in levels], axis=0)
+        visible = surface_pieces(volume, levels, visible, islands)
         tiles(
             trace_surfaces, (h, w), *field, frozen(visible), heads, data, *rays, levels, colours, lit, lamps, shading, shine,
             out, progress=progress,
@@ -144,7 +152,7 @@ def render(
         gradient = "tricubic" if interpolation == "tricubic" else "cell" if fog else "central"
     if gradient == "central" and min(volume.shape) < 4:
         gradient = "cell"
-    visible = transfer_function.visible(block_low, block_high) & (
+    visible = shown_pieces(volume, transfer_function, transfer_function.visible(block_low, block_high), islands) & (
         cut_blocks(volume, np.ones_like(block_low, np.uint8), heads) > 0
     )
     fade = 0.02 * (high - low) / spacing if fade is None else fade

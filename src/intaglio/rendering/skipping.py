@@ -82,23 +82,34 @@ def surface_blocks(volume: Volume, iso: float, islands: float = 0.0, inside: Ins
              cables, the corner of a table. Pieces less than a block apart count as one.
     inside   on which side of the isovalue the body is
     """
-    if not 0 <= islands < 1:
-        raise InputError(f"islands must be a part of the largest piece, 0 up to 1, not {islands!r}")
+    check_islands(islands)
     low, high = min_max_blocks(volume)
     some, all_ = (high >= iso, low >= iso) if inside == "above" else (low <= iso, high <= iso)
     blocks = some.astype(np.uint8) * SURFACE
     blocks[all_] = INSIDE
     if islands > 0:
-        from scipy import ndimage
-
-        label, count = ndimage.label(some, np.ones((3, 3, 3), dtype=bool))
-        if count > 1:
-            voxels = np.zeros(low.shape, dtype=np.int64)
-            sign = 1.0 if inside == "above" else -1.0
-            strips(_fill, len(low), frozen(volume.samples), blocks, float(iso), sign, voxels)
-            size = np.bincount(label.ravel(), weights=voxels.ravel())
-            blocks *= (size >= islands * size.max())[label]
+        voxels = np.zeros(low.shape, dtype=np.int64)
+        sign = 1.0 if inside == "above" else -1.0
+        strips(_fill, len(low), frozen(volume.samples), blocks, float(iso), sign, voxels)
+        blocks *= large_pieces(some, voxels, islands)
     return blocks
+
+
+def large_pieces(some: NDArray[np.bool_], size: NDArray[Any], islands: float) -> NDArray[np.bool_]:
+    """The blocks of pieces whose sizes, summed over their blocks, are at least this part of the largest one's."""
+    from scipy import ndimage
+
+    label, count = ndimage.label(some, np.ones((3, 3, 3), dtype=bool))
+    if count < 2:
+        return some
+    total = np.bincount(label.ravel(), weights=size.ravel())
+    total[0] = 0
+    return some & (total >= islands * total.max())[label]
+
+
+def check_islands(islands: float) -> None:
+    if not 0 <= islands < 1:
+        raise InputError(f"islands must be a part of the largest piece, 0 up to 1, not {islands!r}")
 
 
 def surface_corners(volume: Volume, blocks: NDArray[np.uint8]) -> NDArray[np.float64]:

@@ -46,7 +46,7 @@ def _combine(
         other *= inner
         total = _lesser(total, other, smooth)
     total *= outer
-    return Volume(total, grid.world_from_index, fields[0].name)
+    return Volume(total, grid.world_from_index, fields[0].name, distances=True)
 
 
 def union(

@@ -123,7 +123,7 @@ def signed_distance(volume: Volume, label: int | None = None, *, progress: Progr
     check_volume(volume)
     if volume.array.dtype.kind == "f":
         raise InputError(
-            f"{volume.name}: must be a mask or labels, not {volume.array.dtype}; for the surface of a scan use redistance"
+            f"{volume.name}: must be a mask or labels, not {volume.array.dtype}; is it a scan? its surfaces have isovalues"
         )
     spacing = grid_spacing(volume)
     if label is None and volume.array.dtype.kind == "b":
@@ -142,4 +142,4 @@ def signed_distance(volume: Volume, label: int | None = None, *, progress: Progr
     for planes, step, last, stage in ((out, spacing[1], False, second), (out.reshape(1, z, y * x), spacing[2], True, third)):
         groups = len(planes) * -(-planes.shape[2] // WIDTH)
         strips(_along_columns, groups, planes, step, last, size=64, progress=stage)
-    return Volume(out, volume.world_from_index, volume.name)
+    return Volume(out, volume.world_from_index, volume.name, distances=True)

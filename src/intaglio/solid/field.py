@@ -33,7 +33,8 @@ Side = Literal["above", "below"]
 def check_level(volume: Volume, iso: float | None, inside: Side | None) -> tuple[float, float]:
     """The isovalue, and 1 where the body is above it, -1 where it is below.
 
-    Without an isovalue it is the zero level of a distance field or the border of a mask; with one, the body is brighter.
+    Without an isovalue it is the zero level of a distance field or the border of a mask; with one, the body is brighter,
+    but in distances.
     """
     if inside not in (None, "above", "below"):
         raise InputError(f"inside must be above or below, not {inside!r}")
@@ -48,7 +49,7 @@ def check_level(volume: Volume, iso: float | None, inside: Side | None) -> tuple
     level = iso if iso is not None else 0.5 if mask else 0.0
     if not low <= level <= high or low == high:
         raise InputError(f"{volume.name}: iso must be within the volume's values, {low:g} to {high:g}, not {level:g}")
-    side = inside or ("above" if mask or iso is not None else "below")
+    side = inside or ("below" if volume.distances or (iso is None and not mask) else "above")
     return level, 1.0 if side == "above" else -1.0
 
 

@@ -305,7 +305,7 @@ def distance_field(
         fixed = (mine.matrix, mine.frames, mine.offsets, width, mine.slack, inside.view(np.uint8), field, closest)
         each(_fill_tile, [(*place, candidates, *fixed) for place, candidates in tiles], progress=progress)
         closest[closest >= 0] = mine.order[closest[closest >= 0]]
-    distance = Volume(field, matrix, f"distance to {mesh.name}", notes)
+    distance = Volume(field, matrix, f"distance to {mesh.name}", notes, distances=True)
     if not return_closest:
         return distance
     return distance, Volume(closest, matrix, f"nearest triangles of {mesh.name}", notes)

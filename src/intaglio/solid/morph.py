@@ -26,4 +26,4 @@ def morph(a: Volume, b: Volume, t: float, *, progress: Progress | None = None) -
     mixed = resample(a, grid, first)
     mixed *= np.float32(1 - t)
     mixed += np.float32(t) * resample(b, grid, second)
-    return Volume(mixed, grid.world_from_index, a.name)
+    return Volume(mixed, grid.world_from_index, a.name, distances=True)

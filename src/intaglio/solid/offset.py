@@ -18,7 +18,9 @@ def offset(field: Volume, mm: float) -> Volume:
     """
     if not math.isfinite(mm):
         raise InputError(f"mm must be a finite length, not {mm!r}")
-    return Volume(check_field(field).array.astype(np.float32) - np.float32(mm), field.world_from_index, field.name)
+    return Volume(
+        check_field(field).array.astype(np.float32) - np.float32(mm), field.world_from_index, field.name, distances=True
+    )
 
 
 def shell(field: Volume, thickness: float) -> Volume:
@@ -29,4 +31,4 @@ def shell(field: Volume, thickness: float) -> Volume:
     if not (math.isfinite(thickness) and thickness > 0):
         raise InputError(f"thickness must be a length in mm above 0, not {thickness!r}")
     wall = np.abs(check_field(field).array.astype(np.float32)) - np.float32(thickness / 2)
-    return Volume(wall, field.world_from_index, field.name)
+    return Volume(wall, field.world_from_index, field.name, distances=True)

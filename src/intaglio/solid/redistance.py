@@ -215,4 +215,4 @@ def redistance(
     out: NDArray[np.float32] = np.empty(volume.shape, dtype=np.float32)
     about = np.ascontiguousarray(sites.T)
     strips(_measure, z, voxels, level, sign, spacing, owner[1:-1, 1:-1, 1:-1], about, out, size=2, progress=measuring)
-    return Volume(out, volume.world_from_index, volume.name)
+    return Volume(out, volume.world_from_index, volume.name, distances=True)

@@ -312,4 +312,4 @@ def relaxed(field: Volume, progress: Progress | None = None) -> Volume:
         more, growth = sums.sum(axis=0)
         by = np.float32(np.clip(more / growth, -0.1 * size, 0.1 * size) if growth else 0.0)
         strips(_shift, len(corners), there, mask, corners, by, keep, free)
-    return Volume(there, field.world_from_index, field.name)
+    return Volume(there, field.world_from_index, field.name, distances=True)

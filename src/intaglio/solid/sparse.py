@@ -165,7 +165,7 @@ class SparseField:
             world = self.world_from_index @ matrix
         out = np.empty(shape, dtype=np.float32)
         strips(_on_grid, shape[0], *self._arrays, frozen(matrix), out, size=2, progress=progress)
-        return Volume(out, world, self.name, self.notes)
+        return Volume(out, world, self.name, self.notes, distances=True)
 
     def surface(self, *, progress: Progress | None = None) -> TriangleMesh:
         """The body's surface as a mesh, brick by brick, as `ig.surface` takes it from the whole grid.

@@ -280,7 +280,7 @@ def surface(
     strips(_count, slices, voxels, pad, np.float32(level), sign, number, counts, size=16, progress=counting)
     starts, triangle_count = _starts(counts)
     if triangle_count == 0:
-        raise InputError(f"{volume.name}: the body at {level:g} fills the grid, so it has no surface; use cap=True")
+        raise InputError(f"{volume.name}: the body at {level:g} fills the grid, and so has no surface; close it with cap=True")
     vertices = np.empty((int(counts[:, :2].sum()), 3), dtype=np.float32)
     triangles = np.empty((triangle_count, 3), dtype=np.int32)
     strips(

@@ -125,8 +125,8 @@ def write_mask(path: Path) -> Path:
     [
         ("hatch {scan} --index 2", 1, "index must be between 0 and 0, not 2"),
         ("info {raw} --raw 28x26x25,int16", 1, "28 x 26 x 25 voxels of .?i2 do not fill the file; correct --raw$"),
-        ("surface {floats} --label 5", 1, "must be a mask or labels, not float32; is it a scan"),
-        ("surface {mask} --label 5", 1, "no voxel has label 5"),
+        ("surface {floats} --label 5", 1, "labels must be whole numbers, not float32; is this the label volume"),
+        ("surface {mask} --label 5", 1, "label must be one of 1, not 5"),
         ("surface {full} --iso 10 --open", 1, "fills the grid, and so has no surface; close it without --open"),
         ("hatch {nan}", 1, "voxels are NaN or infinite; replace them with --fill VALUE"),
         ("hatch {scan} --label 5", 1, "is a scan, not labels; say where --label picks from, with --labels FILE"),

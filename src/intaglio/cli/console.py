@@ -18,7 +18,9 @@ out = Console(highlight=False, emoji=False, soft_wrap=True)
 # Measured on an empty cache, as work of one core: 6 s for a mesh, 14 s for a picture, 20 to 30 s for a plate, 36 s for the demo.
 COMPILING = "Compiling kernels, once for each kind of scan and picture; this takes 10 to 40 seconds, longer on a busy computer."
 # Keywords of the library that are options here, and what is spelt in another way.
-KEYWORD = re.compile(r"(?:^|(?<=[\s(]))(axes|fill|index|inside|islands|iso|raw|series|spacing)=\"?([^\s\";,.:)]*(?:\.\.\w+)?)\"?")
+KEYWORD = re.compile(
+    r"(?:^|(?<=[\s(]))(axes|fill|index|inside|islands|iso|label|raw|series|spacing)=\"?([^\s\";,.:)]*(?:\.\.\w+)?)\"?"
+)
 PHRASES = {"with cap=True": "without --open"}
 
 

@@ -11,4 +11,5 @@ def make(data: Path | None, size: int) -> ig.Drawing:
     volume, real = scan(data, "engine.nii.gz")
     iso = 80.0 if real else ig.body_surface(volume)[0]
     camera = ig.surface_camera(volume, iso, (0.5, 0.6, 0.5), size)
-    return ig.hatch(volume, iso=iso, camera=camera, style="pen-and-ink")
+    # A casting has edges: rounded by up to 4 mm, they are lines.
+    return ig.hatch(volume, iso=iso, camera=camera, style="pen-and-ink", ridge=4.0)

@@ -132,7 +132,8 @@ def hatched(
             kept=bent(kept[done], field) if kept else None,
         )
         beside[tone.angle] = np.concatenate([beside[tone.angle], lines.points]) if tone.angle in beside else lines.points
-        strokes = toned(lines, dark, room, tone, printed, hatching, mm_per_pixel, [seed, done])
+        after = plan[done + 1] if done + 1 < len(plan) else None
+        strokes = toned(lines, dark, room, tone, printed, hatching, mm_per_pixel, [seed, done], after)
         laid.append(lines)
         layers.append(Layer(tone.name, strokes, colour=hatching.ink))
     if progress:

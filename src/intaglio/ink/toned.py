@@ -69,12 +69,14 @@ def toned(
     hatching: Hatching,
     mm_per_pixel: float,
     seed: Sequence[int],
+    after: Tone | None = None,
 ) -> Strokes:
     """Cut streamlines where it is too bright for them; width and opacity from how dark it is and how many lines share that.
 
     dark     (h, w) requested tone
     room     (h, w) pixels to the border of the surface
     printed  the layers before, which this one makes up to what is asked for; it is added to them
+    after    the layer that comes next
     """
     rng = np.random.default_rng(seed)
     # The load, 0..1, of the thinnest line, and that from which on lines are drawn.
@@ -99,7 +101,10 @@ def toned(
     widest = 2.0 * (border + (0.0 if hatching.hand else UNDER * hatching.contour))
 
     # More than 1 where the layers before lack tone, or the next ones are to add some: lines that lie densely can carry it.
-    load = np.maximum(_owed(cut, tone, printed, hatching), least)
+    # To the next one is left what its thinnest lines print.
+    thin = least * (after.end - after.begin) if after else 0.0
+    target = np.minimum(cut.asked, np.maximum(tone.end, cut.asked - thin))
+    load = np.maximum(_owed(cut.points, target, tone, printed, hatching), least)
     free = ends * np.minimum(widest / (hatching.thickest * np.minimum(load, 1.0) ** (1.0 - hatching.pressure)), 1.0)
     ground = Ground.of(dark > tone.begin + early * (tone.end - tone.begin), tone.separation / mm_per_pixel)
     density = ground.lines(cut.points, free, offsets).at(cut.points)
@@ -142,14 +147,14 @@ def _cut(
     return cut.part(reversed_where(rising, cut.offsets), cut.offsets)
 
 
-def _owed(cut: _Pieces, tone: Tone, printed: Sequence[Printed], hatching: Hatching) -> Floats:
-    """(n,) load of a layer's lines that makes up what the layers before have printed to what is asked for."""
-    along = beneath = np.ones(len(cut.points), dtype=np.float32)
+def _owed(points: Floats, target: Floats, tone: Tone, printed: Sequence[Printed], hatching: Hatching) -> Floats:
+    """(n,) load of a layer's lines that makes up what the layers before have printed to a tone."""
+    along = beneath = np.ones(len(points), dtype=np.float32)
     for before in printed:
         # Lines of one direction lie side by side, those of the other one beneath.
         if before.angle == tone.angle:
-            along = along - before.cover.at(cut.points)
+            along = along - before.cover.at(points)
         else:
-            beneath = beneath - before.cover.at(cut.points)
-    bare = (1.0 - cut.asked) / np.maximum(beneath, 0.02)
+            beneath = beneath - before.cover.at(points)
+    bare = (1.0 - target) / np.maximum(beneath, 0.02)
     return np.asarray((along - bare) / (hatching.thickest * hatching.opacity * tone.lines), dtype=np.float32)

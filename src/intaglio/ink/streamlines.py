@@ -10,10 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from intaglio.compute import kernel
+from intaglio.compute import kernel, strips
 from intaglio.errors import InputError
 from intaglio.ink.neighbours import NOWHERE, PLACES, far, forget, reserve, show
-from intaglio.ink.tracing import direction, grow, keep
+from intaglio.ink.tracing import OPEN, direction, grow, keep, ways_of
 
 # How near to others a line may begin that fills a gap, as a part of the separation.
 NARROW = 0.65
@@ -38,14 +38,14 @@ class Streamlines:
 
 @kernel
 def _place(  # type: ignore[no-untyped-def]
-    field, allowed, edge, separation, test, step, shortest, old, held, held_offsets, inverse, count, cells,
+    field, ways, separation, test, step, shortest, old, held, held_offsets, inverse, count, cells,
     px, py, arc, place, offsets, owner, origin,
 ):  # fmt: skip
     """Fill px, py with parts of lines; returns (points, parts, lines), or -1 when the arrays, -2 when a cell is too small.
 
     Part k is offsets[k]:offsets[k + 1] and belongs to line owner[k], which continues line origin[owner[k]] of `held`, or -1.
     """
-    h, w = allowed.shape
+    h, w = ways.shape
     lag = int(3.0 * separation / step + 2.0)
     for p in range(len(old)):
         # A full cell keeps lines away as it is; points outside the picture keep nothing away.
@@ -55,7 +55,7 @@ def _place(  # type: ignore[no-untyped-def]
                 show(old[p, 0], old[p, 1], inverse, cells, k)
     longer = max(shortest, int(LONGER * separation / step))
     n, lines = keep(
-        field, allowed, edge, separation * test, longer, lag, inverse, count, cells, held, held_offsets,
+        field, ways, separation * test, longer, lag, inverse, count, cells, held, held_offsets,
         px, py, arc, place, offsets, owner, origin,
     )  # fmt: skip
     if n < 0:
@@ -70,7 +70,7 @@ def _place(  # type: ignore[no-untyped-def]
             dx, dy = direction(field, px[a], py[a], px[a] - px[a - way], py[a] - py[a - way])
             last = n
             n = grow(
-                field, allowed, edge, separation * test, step, lag, inverse, count, cells, way, dx, dy, a, -way, end - begin,
+                field, ways, separation * test, step, lag, inverse, count, cells, way, dx, dy, a, -way, end - begin,
                 n, px, py, arc, place,
             )  # fmt: skip
             if n < 0:
@@ -122,7 +122,7 @@ def _place(  # type: ignore[no-untyped-def]
             sx = (candidate % across + 0.5) * spread
             sy = (candidate // across + 0.5) * spread
             candidate += 1
-        if not (0.0 <= sx < w and 0.0 <= sy < h) or allowed[int(sy), int(sx)] == 0:
+        if not (0.0 <= sx < w and 0.0 <= sy < h) or ways[int(sy), int(sx)] & OPEN == 0:
             continue
         if not far(sx, sy, room, inverse, cells):
             if queue == parts and room == wide and not far(sx, sy, narrow, inverse, cells):
@@ -151,7 +151,7 @@ def _place(  # type: ignore[no-untyped-def]
         for way in (1, -1):
             # The second way, what the first one left lies behind.
             n = grow(
-                field, allowed, edge, stop, step, lag, inverse, count, cells, way, way * fx, way * fy, first, 1, n - first - 1,
+                field, ways, stop, step, lag, inverse, count, cells, way, way * fx, way * fy, first, 1, n - first - 1,
                 n, px, py, arc, place,
             )  # fmt: skip
             if n < 0:
@@ -225,7 +225,10 @@ def streamlines(
     h, w = field.shape[1:]
     step = min(step, 0.7 * test * separation)
     allowed = np.ones((h, w), dtype=bool) if allowed is None else allowed
-    edge = np.full((h, w, 2), np.nan, dtype=np.float32) if edge is None else edge
+    ways = allowed.view(np.uint8)
+    if edge is not None:
+        ways = np.empty((h, w), dtype=np.uint8)
+        strips(ways_of, h, allowed.view(np.uint8), edge, ways, size=64)
     old = np.zeros((0, 2), dtype=np.float32) if beside is None else beside
     none = np.zeros(0, dtype=np.int64)
     held = Streamlines(np.zeros((0, 2), dtype=np.float32), np.zeros(1, dtype=np.int64), none) if kept is None else kept
@@ -239,7 +242,7 @@ def streamlines(
         count = np.zeros((int(h / size) + 1, int(w / size) + 1), dtype=np.int32)
         cells = np.full((*count.shape, 2, PLACES), NOWHERE)
         n, parts, lines = _place(
-            field, allowed.view(np.uint8), edge, float(separation), float(test), float(step), least, old,
+            field, ways, float(separation), float(test), float(step), least, old,
             held.points, held.offsets, 1.0 / size, count, cells, px, py, arc, place, offsets, owner, origin,
         )  # fmt: skip
         if n >= 0:

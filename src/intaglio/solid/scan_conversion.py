@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from intaglio.compute import Progress, each, frozen, helper, kernel
+from intaglio.compute import Progress, each, frozen, helper, kernel, strips
 from intaglio.errors import InputError
 from intaglio.mesh import TriangleMesh
 from intaglio.solid.edges import Edges
@@ -195,7 +195,7 @@ def slabs_of(
     fixed, shift = _fixed(points, shape, mesh.name)
     fixed, triangles = frozen(fixed), frozen(triangles)
     first, last = np.empty(len(triangles), dtype=np.int32), np.empty(len(triangles), dtype=np.int32)
-    _layers(0, len(triangles), fixed, triangles, shift, shape, first, last)
+    strips(_layers, len(triangles), fixed, triangles, shift, shape, first, last, size=2**15)
     if rule == PARITY:
         fans = fans[:0]
     thick = thick or (BLOCK if len(fans) else 0) or max(1, min(BLOCK, SLAB // (shape[1] * (shape[2] + 1))))

@@ -469,3 +469,10 @@ def test_hatch_needs_nothing_but_a_volume():
     assert "iso 0" in drawing.title
     with pytest.raises(InputError, match="every voxel is 1"):
         hatch(Volume.from_array(np.ones((9, 9, 9))))
+
+
+def test_a_style_may_be_a_name():
+    gb = oracle.sheet((60, 60), light=0.3)
+    assert draw(gb, "engraving", width_mm=10.0)._repr_svg_() == draw(gb, style("engraving"), width_mm=10.0)._repr_svg_()
+    with pytest.raises(InputError, match="style must be one of pen-and-ink"):
+        draw(gb, "crayon")

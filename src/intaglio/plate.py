@@ -76,22 +76,22 @@ def parts_camera(
 
 def draw(
     gb: GBuffer,
-    hatching: Hatching,
+    hatching: str | Hatching,
     *,
     width_mm: float = 160.0,
     seed: int = 0,
     title: str = "",
     progress: Progress | None = None,
 ) -> Drawing:
-    """Hatching, feature lines and contours of what is in a G-buffer, on paper `width_mm` wide."""
-    mm = _pixel_on_paper(gb.camera, width_mm)
+    """Hatching, feature lines and contours of what is in a G-buffer, on paper `width_mm` wide, in a style or one of that name."""
+    hatching, mm = named_style(hatching), _pixel_on_paper(gb.camera, width_mm)
     layers = hatching_layers(gb, hatching, mm, seed=seed, progress=progress) + line_layers(gb, hatching, mm, seed=seed)
     return on_paper(gb, hatching, layers, width_mm, title)
 
 
-def draw_lines(gb: GBuffer, hatching: Hatching, *, width_mm: float = 160.0, seed: int = 0, title: str = "") -> Drawing:
+def draw_lines(gb: GBuffer, hatching: str | Hatching, *, width_mm: float = 160.0, seed: int = 0, title: str = "") -> Drawing:
     """Contours and feature lines alone of what is in a G-buffer, on paper `width_mm` wide."""
-    mm = _pixel_on_paper(gb.camera, width_mm)
+    hatching, mm = named_style(hatching), _pixel_on_paper(gb.camera, width_mm)
     return on_paper(gb, hatching, line_layers(gb, hatching, mm, seed=seed), width_mm, title)
 
 

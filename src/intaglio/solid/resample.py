@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from intaglio.compute import Progress, frozen, kernel, strips
 from intaglio.sampling import trilinear
 from intaglio.solid.field import beyond, grid_spacing
+from intaglio.solid.nearest import world
 from intaglio.volume import Volume
 
 # Voxels round the bodies that a covering grid has to hold.
@@ -25,13 +26,10 @@ def _resample(begin, end, voxels, field_from_grid, steps, trim, out):  # type: i
     least a right angle: the distance is at least the root of both squares.
     """
     nz, ny, nx = voxels.shape
-    m = field_from_grid
     for k in range(begin, end):
         for j in range(out.shape[1]):
             for i in range(out.shape[2]):
-                x = m[0, 0] * i + m[0, 1] * j + m[0, 2] * k + m[0, 3]
-                y = m[1, 0] * i + m[1, 1] * j + m[1, 2] * k + m[1, 3]
-                z = m[2, 0] * i + m[2, 1] * j + m[2, 2] * k + m[2, 3]
+                x, y, z = world(field_from_grid, i, j, k)
                 d = trilinear(voxels, x, y, z)
                 a, b, c = beyond(x, nx) * steps[0], beyond(y, ny) * steps[1], beyond(z, nz) * steps[2]
                 away = a * a + b * b + c * c

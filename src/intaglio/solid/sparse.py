@@ -18,6 +18,7 @@ from intaglio.mesh import TriangleMesh
 from intaglio.sampling import trilinear
 from intaglio.solid.brick_surface import brick_surface
 from intaglio.solid.field import beyond
+from intaglio.solid.nearest import world
 from intaglio.volume import Volume
 
 # Cells along the side of a brick, which has one sample more: neighbours share those on their common faces. Two boxes of
@@ -68,9 +69,7 @@ def _on_grid(begin, end, brick, samples, coarse, step, m, out):  # type: ignore[
     for k in range(begin, end):
         for j in range(out.shape[1]):
             for i in range(out.shape[2]):
-                x = m[0, 0] * i + m[0, 1] * j + m[0, 2] * k + m[0, 3]
-                y = m[1, 0] * i + m[1, 1] * j + m[1, 2] * k + m[1, 3]
-                z = m[2, 0] * i + m[2, 1] * j + m[2, 2] * k + m[2, 3]
+                x, y, z = world(m, i, j, k)
                 out[k, j, i] = _value(brick, samples, coarse, step, x, y, z)
 
 
@@ -147,8 +146,8 @@ class SparseField:
         if like is not None:
             if not isinstance(like, Volume) or low is not None or high is not None:
                 raise InputError(f"like must be a Volume, without low and high, not {like!r}")
-            shape, world = like.shape, like.world_from_index
-            matrix = np.linalg.inv(self.world_from_index) @ world
+            shape, placed = like.shape, like.world_from_index
+            matrix = np.linalg.inv(self.world_from_index) @ placed
         else:
             first, last = np.zeros(3), np.array(self.shape[::-1]) - 1.0
             if low is not None:
@@ -162,10 +161,10 @@ class SparseField:
             x, y, z = (int(n) for n in last - first + 1)
             shape, matrix = (z, y, x), np.eye(4)
             matrix[:3, 3] = first
-            world = self.world_from_index @ matrix
+            placed = self.world_from_index @ matrix
         out = np.empty(shape, dtype=np.float32)
         strips(_on_grid, shape[0], *self._arrays, frozen(matrix), out, size=2, progress=progress)
-        return Volume(out, world, self.name, self.notes, distances=True)
+        return Volume(out, placed, self.name, self.notes, distances=True)
 
     def surface(self, *, progress: Progress | None = None) -> TriangleMesh:
         """The body's surface as a mesh, brick by brick, as `ig.surface` takes it from the whole grid.
